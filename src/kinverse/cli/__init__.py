@@ -1,0 +1,79 @@
+"""The ``kinverse`` command. Exit status: 0 all solved, 1 some not, 2 bad input.
+
+Every command lives in a module of its own; what is heavy (NumPy, the native core) is imported
+inside the commands, so that ``kinverse --help`` answers at once. Degrees exist here only.
+"""
+
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from kinverse.cli._args import join_numbers
+from kinverse.cli.compare import compare
+from kinverse.cli.fk import fk
+from kinverse.cli.info import info
+from kinverse.cli.robots import robots
+from kinverse.cli.solve import solve
+from kinverse.errors import KinverseError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="kinverse",
+    help="Inverse kinematics of robot arms: every answer verified.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+for _command in (robots, info, fk, solve, compare):
+    app.command()(_command)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(version("kinverse"))
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Inverse kinematics of robot arms: every answer verified."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        argv: arguments without the program's name; None: those of the process.
+
+    Returns:
+        The exit status: 0 all solved, 1 some not, 2 bad input.
+
+    Example:
+        >>> main(["robots"])
+        0
+    """
+    arguments = join_numbers(sys.argv[1:] if argv is None else argv)
+    try:
+        code = app(arguments, prog_name="kinverse", standalone_mode=False)
+    except typer.TyperException as error:
+        return _refuse(error.format_message())
+    except (KinverseError, OSError) as error:
+        return _refuse(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        return _refuse("interrupted")
+    return code if isinstance(code, int) else 0
+
+
+def _refuse(message: str) -> int:
+    # one line, whatever the message was
+    print("kinverse: error:", " ".join(message.split()), file=sys.stderr)
+    return 2

@@ -1,0 +1,91 @@
+"""What the commands share in printing: consoles, tables, numbers, atomic files."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from kinverse.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from kinverse.robot import Robot
+
+__all__ = ["console", "joint_header", "joint_values", "notes", "table", "tiny", "write_atomically"]
+
+
+def console() -> Console:
+    """Standard output, looked up at the time of the call."""
+    return Console(highlight=False, soft_wrap=False)
+
+
+def notes() -> Console:
+    """Standard error: progress and remarks, so that standard output stays clean."""
+    return Console(stderr=True, highlight=False)
+
+
+def table(*columns: str, title: str | None = None) -> Table:
+    """A table that fits 80 columns; columns that start with ">" are set to the right."""
+    made = Table(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False, padding=(0, 1))
+    for column in columns:
+        right = column.startswith(">")
+        made.add_column(column.lstrip(">"), justify="right" if right else "left", overflow="fold")
+    return made
+
+
+def joint_values(robot: "Robot", q: "np.ndarray", degrees: bool) -> list[float]:
+    """Joint values of one solution as the user asked for them: slides stay in metres."""
+    import math
+
+    turns = joint_kinds(robot)
+    return [
+        math.degrees(v) if degrees and kind == "R" else v
+        for v, kind in zip(q.tolist(), turns, strict=True)
+    ]
+
+
+def joint_kinds(robot: "Robot") -> str:
+    """One letter for each free joint: that of the first moving joint that it drives."""
+    source = robot.source.tolist()
+    return "".join(robot.kinds[source.index(j)] for j in range(robot.dof))
+
+
+def joint_header(robot: "Robot", degrees: bool) -> list[str]:
+    """Column heads for joint values."""
+    unit = "deg" if degrees else "rad"
+    return [
+        f">{name} {'m' if kind == 'P' else unit}"
+        for name, kind in zip(robot.joint_names, joint_kinds(robot), strict=True)
+    ]
+
+
+def tiny(value: float) -> str:
+    """An error in two digits."""
+    return "-" if value != value else "0" if value == 0.0 else f"{value:.1e}"
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    if not path.parent.is_dir():
+        raise InputError(f"--out: there is no folder {path.parent}")
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+        # mkstemp makes files that only the owner reads; a result is an ordinary file
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,56 @@
+"""``kinverse fk``: joint values in, pose out."""
+
+from typing import Annotated
+
+import typer
+
+from kinverse.cli._args import Base, Degrees, Json, RobotName, Tip, numbers
+
+__all__ = ["fk"]
+
+
+def fk(
+    robot: RobotName,
+    q: Annotated[str, typer.Option("--q", help="One number for each free joint.")],
+    degrees: Degrees = False,
+    json: Json = False,
+    base: Base = None,
+    tip: Tip = None,
+) -> None:
+    """Forward kinematics: the pose of the tool for given joint values."""
+    import json as text
+
+    import numpy as np
+
+    import kinverse as kv
+    from kinverse import se3
+    from kinverse.cli._show import console, joint_kinds, table
+
+    arm = kv.load(robot, base=base, tip=tip)
+    values = np.array(numbers(q, arm.dof, "--q", " ".join(arm.joint_names)))
+    if degrees:
+        values = np.where([k == "R" for k in joint_kinds(arm)], np.radians(values), values)
+    T = arm.fk(values)
+    rpy = se3.rpy_from_rotation(T[:3, :3])
+    angles = np.degrees(rpy) if degrees else rpy
+    quat = se3.quat_from_rotation(T[:3, :3])
+    unit = "deg" if degrees else "rad"
+    if json:
+        answer = {
+            "robot": arm.name,
+            "angle": unit,
+            "matrix": T.tolist(),
+            "xyz": T[:3, 3].tolist(),
+            "rpy": angles.tolist(),
+            "quat_wxyz": quat.tolist(),
+        }
+        print(text.dumps(answer))
+        return
+    shown = table(">x m", ">y m", ">z m", f">roll {unit}", f">pitch {unit}", f">yaw {unit}")
+    shown.add_row(*(f"{v + 0.0:.6f}" for v in (*T[:3, 3], *angles)))
+    out = console()
+    out.print(shown)
+    out.print("quaternion wxyz:", " ".join(f"{v:.9f}" for v in quat))
+    out.print("matrix:")
+    for row in T:
+        out.print(" ".join(f"{v + 0.0:13.9f}" for v in row))

@@ -1,0 +1,35 @@
+"""``kinverse robots``: what the catalogue holds."""
+
+from kinverse.cli._args import Json
+
+__all__ = ["robots"]
+
+
+def robots(json: Json = False) -> None:
+    """List the robots that come with kinverse."""
+    import json as text
+
+    import kinverse as kv
+    from kinverse.cli._show import console, table
+    from kinverse.load import names
+
+    rows = []
+    for name in names():
+        robot = kv.load(name)
+        rows.append(
+            {
+                "name": name,
+                "dof": robot.dof,
+                "joints": robot.kinds,
+                "source": robot.source_note,
+                "unverified": list(robot.unverified),
+            }
+        )
+    if json:
+        print(text.dumps(rows))
+        return
+    shown = table("name", "joints", "source")
+    for row in rows:
+        first = str(row["source"]).strip().splitlines() or [""]
+        shown.add_row(str(row["name"]), str(row["joints"]), first[0])
+    console().print(shown)

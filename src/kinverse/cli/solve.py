@@ -1,0 +1,93 @@
+"""``kinverse solve``: poses in, every verified solution out."""
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from kinverse.cli._args import Base, Degrees, Json, RobotName, Task, Tip, numbers
+from kinverse.errors import InputError
+
+if TYPE_CHECKING:
+    from kinverse.cli._poses import Poses
+
+__all__ = ["solve"]
+
+
+class OnError(StrEnum):
+    """What to do with a row that cannot be read."""
+
+    STOP = "stop"
+    SKIP = "skip"
+
+
+def solve(
+    robot: RobotName,
+    pose: Annotated[
+        str | None, typer.Option(metavar="X Y Z ROLL PITCH YAW", help="One pose [m, rad].")
+    ] = None,
+    matrix: Annotated[Path | None, typer.Option(help="File of 4 x 4 matrices.")] = None,
+    poses: Annotated[Path | None, typer.Option(help="CSV file of poses, with a header.")] = None,
+    solver: Annotated[str, typer.Option(help="auto, analytic, numerical ...")] = "auto",
+    task: Task = "pose",
+    q_seed: Annotated[
+        str | None, typer.Option("--q-seed", help="Joint values to start from or stay near.")
+    ] = None,
+    rng: Annotated[int | None, typer.Option(help="Seed of whatever a solver draws.")] = None,
+    degrees: Degrees = False,
+    json: Json = False,
+    out: Annotated[Path | None, typer.Option(help="Write to this .csv or .json file.")] = None,
+    on_error: Annotated[OnError, typer.Option(help="A broken row of the CSV file.")] = OnError.STOP,
+    base: Base = None,
+    tip: Tip = None,
+) -> int:
+    """Inverse kinematics of one pose or a file of poses; R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    import numpy as np
+
+    import kinverse as kv
+    from kinverse.cli import _answers
+    from kinverse.cli._show import joint_kinds, write_atomically
+
+    if out is not None and out.suffix not in (".csv", ".json"):
+        raise InputError(f"--out must end in .csv or .json, got {out.name!r}")
+    if out is not None and not out.parent.is_dir():
+        raise InputError(f"--out: there is no folder {out.parent}")
+    given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP)
+    arm = kv.load(robot, base=base, tip=tip)
+    seed = None
+    if q_seed is not None:
+        seed = np.array(numbers(q_seed, arm.dof, "--q-seed", " ".join(arm.joint_names)))
+        if degrees:
+            seed = np.where([k == "R" for k in joint_kinds(arm)], np.radians(seed), seed)
+    for line in given.problems:
+        print("kinverse: skipped:", line, file=sys.stderr)
+    if given.ignored:
+        print("kinverse: columns not read:", ", ".join(given.ignored), file=sys.stderr)
+
+    done = _answers.run(arm, given, solver=solver, task=task, q_seed=seed, rng=rng)
+    answers = _answers.Answers(arm, solver, task, degrees, given, done)
+    if out is not None:
+        write_atomically(out, answers.csv() if out.suffix == ".csv" else answers.json())
+    if json:
+        print(answers.json())
+    elif out is None:
+        answers.show()
+    else:
+        answers.summary()
+    return 0 if answers.all_solved else 1
+
+
+def _read(
+    pose: str | None, matrix: Path | None, poses: Path | None, degrees: bool, skip: bool
+) -> "Poses":
+    from kinverse.cli import _poses
+
+    if pose is not None and matrix is None and poses is None:
+        return _poses.from_numbers(numbers(pose, 6, "--pose", "x y z roll pitch yaw"), degrees)
+    if matrix is not None and pose is None and poses is None:
+        return _poses.from_matrix(matrix)
+    if poses is not None and pose is None and matrix is None:
+        return _poses.from_csv(poses, degrees, skip)
+    raise InputError("give one of --pose, --matrix and --poses")
