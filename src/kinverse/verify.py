@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from kinverse import kernels
 from kinverse.errors import InputError
-from kinverse.solutions import Origin, Solutions, Status, TableLike, replaced
+from kinverse.solutions import Origin, Solutions, Status
+from kinverse.table import TableLike, replaced
 from kinverse.task import Task, as_task
 
 if TYPE_CHECKING:

@@ -1,0 +1,288 @@
+"""The base of every solver: settings in, a fitted object out, verified answers only.
+
+A new solver writes ``__init__`` (settings stored untouched), ``_fit`` and ``_propose``::
+
+    class Mine(Solver):
+        def __init__(self, *, task="pose", tries=8, tol_position=1e-6, tol_rotation=1e-6,
+                     windings="nearest", limits="hold"):
+            self.task, self.tries = task, tries
+            ...
+
+        def _propose(self, T, q_seed, seed):
+            return Proposal(q, pose_index)
+
+Names tell what lives how long: settings have plain names; what ``_fit`` learns ends in ``_`` and
+is pickled; native handles start with ``_``, are made by ``_bind`` and are never pickled.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any, ClassVar, Self, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinverse import se3
+from kinverse.errors import InputError
+from kinverse.robot import Robot
+from kinverse.solutions import Origin, Solutions
+from kinverse.table import TableLike
+from kinverse.task import as_task
+from kinverse.verify import Proposal, Settings, verify_table
+
+__all__ = ["Fused", "Proposal", "Rng", "Settings", "Solver"]
+
+Array = NDArray[np.float64]
+Rng = int | np.random.Generator | None
+Fused = Callable[[Any, Any, int], TableLike | None]
+
+
+class Solver:
+    """Settings object in the manner of scikit-learn; ``fit`` binds a robot, ``solve`` answers.
+
+    Attributes:
+        robot_: the robot, once fitted.
+        settings_: the checked common settings, once fitted.
+        branch_labels_: names of the branch numbers, empty where a method has none.
+    """
+
+    robot_: Robot
+    settings_: Settings
+    branch_labels_: tuple[str, ...] = ()
+
+    _fused: Fused | None = None
+    _origin: Origin
+    _common: ClassVar = ("task", "tol_position", "tol_rotation", "windings", "limits")
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        for name in ("solve", "fit"):
+            if name in cls.__dict__:
+                raise TypeError(
+                    f"{cls.__name__} overrides {name}, which is final: write _fit and _propose"
+                )
+
+    # What a solver writes ---------------------------------------------------------------------
+
+    def _fit(self, robot: Robot) -> None:
+        """Learn what depends on the robot into attributes that end in ``_``."""
+
+    def _bind(self) -> None:
+        """Make native handles (and ``_fused``) from settings and learned state.
+
+        Called after ``_fit`` and again after unpickling and copying. ``_fused(T, q_seed, seed)``
+        answers in one native call, or returns None to ask for the checked way.
+        """
+
+    def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
+        """Candidates for poses T (N, 4, 4); q_seed is (N, n) or None.
+
+        A pose's random stream may depend on (seed, the pose) only, never on its index.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no _propose")
+
+    def _refine(self, T: Array, q_start: Array) -> Array:
+        """Improve starts (K, n) towards poses (K, 4, 4); only for solvers that ``Seeded`` can use.
+
+        Returns (K, n) candidates, unverified, whether or not they converged.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no _refine")
+
+    # What a user calls ------------------------------------------------------------------------
+
+    @final
+    def fit(self, robot: Robot) -> Self:
+        """Check the settings, bind the robot, learn; returns the solver.
+
+        Settings changed later take effect at the next ``fit``.
+
+        Args:
+            robot: the robot to solve for.
+
+        Raises:
+            InputError: a setting or the robot cannot be used.
+            NoClosedForm: a closed-form solver knows no family for this robot.
+
+        Example:
+            >>> solver = kv.Numerical().fit(robot)
+            >>> solver.solve(T).ok
+        """
+        if not isinstance(robot, Robot):
+            raise InputError(f"fit needs a kinverse.Robot, got {type(robot).__name__}")
+        for name in [name for name in vars(self) if _is_state(name)]:
+            delattr(self, name)
+        self.settings_ = self._check_settings()
+        try:
+            self._fit(robot)
+            self.robot_ = robot
+            self._rebind()
+        except BaseException:
+            for name in [name for name in vars(self) if _is_state(name)]:
+                delattr(self, name)
+            raise
+        return self
+
+    @final
+    def solve(self, T: ArrayLike, q_seed: ArrayLike | None = None, rng: Rng = None) -> Solutions:
+        """Every verified solution of every pose.
+
+        Args:
+            T: (4, 4) or (N, 4, 4), tool in base [m]; an object with ``as_matrix()`` or ``.A``.
+            q_seed: (n,) or (N, n) joint values [rad or m] to be near to; they also order the
+                solutions of a pose and choose windings.
+            rng: None (a fixed seed), an int >= 0 or a Generator (one draw a call).
+
+        Returns:
+            ``Solutions`` of length 1 or N.
+
+        Raises:
+            InputError: not fitted, or a pose or seed that cannot be used (its row is named).
+            TypeError: complex, object or text arrays.
+
+        Example:
+            >>> solver = kv.Numerical().fit(robot)
+            >>> solver.solve(robot.fk(q), q_seed=q).q[0]
+        """
+        fused = self._fused
+        seed = 0 if rng is None else _seed_of(rng)
+        if fused is not None:
+            table = fused(T, q_seed, seed)
+            if table is not None:
+                return Solutions(table, self._origin)
+        if not self.is_fitted:
+            name = type(self).__name__
+            raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
+        poses = se3.as_poses(T)
+        near = q_seed
+        if near is not None:
+            near = se3.as_joints(near, self.robot_.dof, "q_seed", count=len(poses))
+        return Solutions(self._answer(poses, near, seed), self._origin)
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether ``fit`` has been called (and succeeded)."""
+        return "_origin" in self.__dict__
+
+    def get_params(self) -> dict[str, Any]:
+        """The settings by name, as given.
+
+        Example:
+            >>> kv.Numerical(task="position").get_params()["task"]
+            'position'
+        """
+        return {name: getattr(self, name) for name in _setting_names(type(self))}
+
+    def set_params(self, **settings: Any) -> Self:
+        """Change settings; they take effect at the next ``fit``.
+
+        Raises:
+            TypeError: a name that is no setting; the message lists the names.
+        """
+        valid = _setting_names(type(self))
+        for name, value in settings.items():
+            if name not in valid:
+                raise TypeError(
+                    f"{type(self).__name__} has no setting {name!r}: it has {', '.join(valid)}"
+                )
+            setattr(self, name, value)
+        return self
+
+    def clone(self) -> Self:
+        """A new solver with the same settings and no learned state; solvers in it are cloned too.
+
+        Example:
+            >>> kv.Numerical().fit(robot).clone().is_fitted
+            False
+        """
+        settings = {name: _copied(value) for name, value in self.get_params().items()}
+        fresh = type(self)(**settings)
+        for name, value in settings.items():
+            if getattr(fresh, name) is not value:
+                raise TypeError(f"{type(self).__name__}.__init__ altered its setting {name!r}")
+        return fresh
+
+    def __repr__(self) -> str:
+        defaults = {
+            name: parameter.default
+            for name, parameter in inspect.signature(type(self)).parameters.items()
+        }
+        shown = ", ".join(
+            f"{name}={value!r}"
+            for name, value in self.get_params().items()
+            if not _same(value, defaults[name])
+        )
+        return f"{type(self).__name__}({shown})"
+
+    def __eq__(self, other: object) -> bool:
+        # same class, same settings; what was learned is not compared
+        if type(other) is not type(self):
+            return NotImplemented
+        theirs = other.get_params()  # type of self, just checked
+        return all(_same(value, theirs[name]) for name, value in self.get_params().items())
+
+    # How it works -----------------------------------------------------------------------------
+
+    def _check_settings(self) -> Settings:
+        """The common settings, checked; a wrapper takes them from its children."""
+        return Settings(**{name: getattr(self, name) for name in self._common})
+
+    def _answer(self, T: Array, q_seed: Array | None, seed: int) -> TableLike:
+        """A verified table for checked poses (N, 4, 4) and seeds (N, n)."""
+        if self._fused is not None:
+            table = self._fused(T, q_seed, seed)
+            if table is not None:
+                return table
+        proposal = self._propose(T, q_seed, seed)
+        task = self._origin.task
+        return verify_table(self.robot_, task, T, proposal, q_seed, self.settings_)
+
+    def _rebind(self) -> None:
+        task = as_task(self.settings_.task)
+        self._origin = Origin(self.robot_, task, self.branch_labels_)
+        self._bind()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if not name.startswith("_")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        if "robot_" in state:
+            self._rebind()
+
+
+def _is_state(name: str) -> bool:
+    return name.startswith("_") or name.endswith("_")
+
+
+def _setting_names(cls: type[Solver]) -> tuple[str, ...]:
+    return tuple(inspect.signature(cls).parameters)
+
+
+def _seed_of(rng: Any) -> int:
+    """One 63-bit seed; a Generator is drawn from once."""
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(2**63))
+    if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
+        if 0 <= rng < 2**63:
+            return int(rng)
+        raise InputError(f"rng as a seed must lie in 0..2**63-1, got {rng}")
+    raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
+
+
+def _copied(value: Any) -> Any:
+    """A setting for a clone: nothing mutable is shared, solvers lose their learned state."""
+    if isinstance(value, Solver):
+        return value.clone()
+    if isinstance(value, (list, tuple)) and any(isinstance(item, Solver) for item in value):
+        return type(value)(_copied(item) for item in value)
+    if value is None or isinstance(value, (str, int, float)):
+        return value
+    from copy import deepcopy
+
+    return deepcopy(value)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return one is other or (type(one) is type(other) and bool(one == other))

@@ -1,0 +1,66 @@
+"""Solvers by name. A family is imported when its name is first asked for."""
+
+from collections.abc import Callable
+from difflib import get_close_matches
+
+from kinverse.errors import InputError
+from kinverse.robot import Robot
+from kinverse.solvers._base import Solver
+from kinverse.solvers.compose import FirstOf
+
+__all__ = ["make_solver", "solver_names"]
+
+AUTO_CLOSED_FORM_DOF = 6
+"""Up to this many joints "auto" looks for a closed form first; above, no branch list is finite."""
+
+
+def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
+    """A new, unfitted solver.
+
+    Args:
+        name: one of ``solver_names()``.
+        robot: what it will be fitted to; "auto" looks at the number of joints.
+        task: see ``kinverse.task``.
+
+    Raises:
+        InputError: an unknown name; the message lists the names.
+
+    Example:
+        >>> make_solver("numerical", robot).fit(robot)
+    """
+    factory = _FACTORIES.get(name) if isinstance(name, str) else None
+    if factory is None:
+        near = get_close_matches(str(name), _FACTORIES, n=1)
+        hint = f" did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"unknown solver {name!r}:{hint} the solvers are {', '.join(_FACTORIES)}")
+    return factory(robot, task)
+
+
+def solver_names() -> tuple[str, ...]:
+    """The names ``kinverse.solve`` takes, "auto" first."""
+    return tuple(_FACTORIES)
+
+
+def _auto(robot: Robot, task: str) -> Solver:
+    if robot.dof > AUTO_CLOSED_FORM_DOF:
+        return _numerical(robot, task)
+    return FirstOf([_analytic(robot, task), _numerical(robot, task)])
+
+
+def _analytic(robot: Robot, task: str) -> Solver:
+    from kinverse.solvers.analytic import Analytic
+
+    return Analytic(task=task)
+
+
+def _numerical(robot: Robot, task: str) -> Solver:
+    from kinverse.solvers.numerical import Numerical
+
+    return Numerical(task=task)
+
+
+_FACTORIES: dict[str, Callable[[Robot, str], Solver]] = {
+    "auto": _auto,
+    "analytic": _analytic,
+    "numerical": _numerical,
+}

@@ -1,0 +1,145 @@
+"""The bare arrays behind ``Solutions``: M solution rows grouped by pose, N pose rows."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PER_POSE", "PER_SOLUTION", "Table", "TableLike", "kept", "merged", "replaced", "taken"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+PER_SOLUTION = ("q", "pose_index", "position_error", "rotation_error", "branch")
+PER_POSE = (
+    "status",
+    "count",
+    "singular",
+    "evaluations",
+    "best_q",
+    "best_position_error",
+    "best_rotation_error",
+)
+
+
+class TableLike(Protocol):
+    """What the native core's table and ``Table`` have in common; read-only arrays."""
+
+    @property
+    def q(self) -> Array:
+        """(M, n) joint values."""
+
+    @property
+    def pose_index(self) -> Ints:
+        """(M,) ascending."""
+
+    @property
+    def position_error(self) -> Array:
+        """(M,) [m]."""
+
+    @property
+    def rotation_error(self) -> Array:
+        """(M,) [rad]."""
+
+    @property
+    def branch(self) -> NDArray[np.int32]:
+        """(M,) -1 where unknown."""
+
+    @property
+    def status(self) -> NDArray[np.uint8]:
+        """(N,)."""
+
+    @property
+    def count(self) -> Ints:
+        """(N,) solutions of each pose."""
+
+    @property
+    def singular(self) -> Bools:
+        """(N,)."""
+
+    @property
+    def evaluations(self) -> Ints:
+        """(N,)."""
+
+    @property
+    def best_q(self) -> Array:
+        """(N, n) NaN where there was no candidate."""
+
+    @property
+    def best_position_error(self) -> Array:
+        """(N,) [m]."""
+
+    @property
+    def best_rotation_error(self) -> Array:
+        """(N,) [rad]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """A table made in Python, by slicing, filtering or merging; arrays are made read-only."""
+
+    q: Array
+    pose_index: Ints
+    position_error: Array
+    rotation_error: Array
+    branch: NDArray[np.int32]
+    status: NDArray[np.uint8]
+    count: Ints
+    singular: Bools
+    evaluations: Ints
+    best_q: Array
+    best_position_error: Array
+    best_rotation_error: Array
+
+    def __post_init__(self) -> None:
+        for name in PER_SOLUTION + PER_POSE:
+            getattr(self, name).flags.writeable = False
+
+
+def replaced(table: TableLike, **changes: NDArray[Any]) -> Table:
+    """A copy of a table with some arrays exchanged; the others are shared."""
+    names = PER_SOLUTION + PER_POSE
+    return Table(**{name: changes.get(name, getattr(table, name)) for name in names})
+
+
+def taken(table: TableLike, start: int, stop: int) -> Table:
+    """The rows of poses start..stop-1, renumbered from 0; views, not copies."""
+    first, last = np.searchsorted(table.pose_index, (start, stop))
+    arrays = {name: getattr(table, name)[first:last] for name in PER_SOLUTION}
+    arrays["pose_index"] = arrays["pose_index"] - start
+    arrays |= {name: getattr(table, name)[start:stop] for name in PER_POSE}
+    return Table(**arrays)
+
+
+def kept(table: TableLike, rows: NDArray[Any], emptied: int) -> Table:
+    """Only the solutions in ``rows`` (mask or ascending indices).
+
+    A SOLVED pose that loses its last solution gets the status ``emptied``.
+    """
+    arrays = {name: getattr(table, name)[rows] for name in PER_SOLUTION}
+    count = np.bincount(arrays["pose_index"], minlength=len(table.status)).astype(np.int64)
+    status = table.status.copy()
+    status[(count == 0) & (table.count > 0)] = emptied
+    return replaced(table, **arrays, count=count, status=status)
+
+
+def merged(parts: Sequence[tuple[TableLike, Ints]], poses: int) -> Table:
+    """One table for all poses from tables for some: ``parts`` are (table, its pose numbers).
+
+    Every pose of 0..poses-1 must belong to exactly one part.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    index = np.concatenate([where[table.pose_index] for table, where in parts])
+    order = np.argsort(index, kind="stable")
+    for name in PER_SOLUTION:
+        arrays[name] = np.concatenate([getattr(table, name) for table, _ in parts])[order]
+    arrays["pose_index"] = index[order]
+    back = np.argsort(np.concatenate([where for _, where in parts]), kind="stable")
+    if len(back) != poses:
+        raise ValueError(f"parts hold {len(back)} poses, not {poses}")
+    for name in PER_POSE:
+        arrays[name] = np.concatenate([getattr(table, name) for table, _ in parts])[back]
+    return Table(**arrays)
