@@ -5,22 +5,18 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 
 from kinverse._core import (
     Chain,
-    Table,
     instruction_set,
     instruction_sets,
     set_instruction_set,
     set_threads,
     threads,
-    verify,
 )
 
 __all__ = [
     "Chain",
-    "Table",
     "instruction_set",
     "instruction_sets",
     "set_instruction_set",
     "set_threads",
     "threads",
-    "verify",
 ]
