@@ -1,0 +1,39 @@
+"""Robots that several test files share."""
+
+import numpy as np
+import pytest
+
+from kinverse.robot import Robot
+
+
+@pytest.fixture(scope="session")
+def planar():
+    """Three parallel joints, 100/70/50 mm; its redundancy for "position" is one."""
+    return Robot.from_dh(a=[0.1, 0.07, 0.05], d=0, alpha=0, joints="RRR", name="planar3r")
+
+
+@pytest.fixture(scope="session")
+def puma():
+    """A 6R arm with a spherical wrist (PUMA 560, Craig's table 3.3, modified DH)."""
+    half = np.pi / 2
+    return Robot.from_dh(
+        a=[0, 0, 0.4318, 0.0203, 0, 0],
+        d=[0, 0, 0.15, 0.4318, 0, 0],
+        alpha=[0, -half, 0, -half, half, -half],
+        convention="modified",
+        limits=np.deg2rad([[-160, 160], [-245, 45], [-45, 225], [-110, 170], [-100, 100], [-266, 266]]),
+        name="puma560",
+    )
+
+
+@pytest.fixture(scope="session")
+def seven():
+    """A 7R arm with offset-free shoulder, elbow and wrist (the iiwa's lengths)."""
+    half = np.pi / 2
+    return Robot.from_dh(
+        a=0,
+        d=[0.36, 0, 0.42, 0, 0.4, 0, 0.126],
+        alpha=[-half, half, half, -half, -half, half, 0],
+        joints="RRRRRRR",
+        name="seven",
+    )
