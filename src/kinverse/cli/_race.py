@@ -5,7 +5,7 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import kinverse as kv
-from kinverse.solvers import registry
+from kinverse.solvers import make_solver, solver_names
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -31,13 +31,13 @@ def race(
     import numpy as np
 
     T = robot.fk(robot.random(poses, np.random.default_rng(rng)))
-    return [_time(robot, T, name, task, bool(solvers)) for name in solvers or registry.names()]
+    return [_time(robot, T, name, task, bool(solvers)) for name in solvers or solver_names()]
 
 
 def _time(robot: "Robot", T: Any, name: str, task: str, must_fit: bool) -> dict[str, Any]:
     row: dict[str, Any] = {"solver": name, "note": ""}
     try:
-        solver = registry.make(name, task=task).fit(robot)
+        solver = make_solver(name, robot, task).fit(robot)
     except (kv.NoClosedForm, kv.MissingExtra) as error:
         if must_fit:
             raise
