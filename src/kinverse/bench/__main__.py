@@ -1,0 +1,59 @@
+"""``python -m kinverse.bench``: run sections, print their lines, write JSON."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+
+from kinverse import kernels
+from kinverse.bench import closed_form, importing, report, speed
+from kinverse.bench.report import Line
+
+SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
+    "closed_form": closed_form.complete,
+    "singular": closed_form.singular,
+    "unreachable": closed_form.unreachable,
+    "closed_form_speed": speed.closed_form,
+    "numerical": speed.numerical,
+    "follow": speed.follow,
+    "fk_lanes": speed.fk_lanes,
+    "import_time": importing.import_time,
+}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the chosen sections; exit status 1 if a target was missed or a section broke down."""
+    parser = argparse.ArgumentParser(prog="python -m kinverse.bench", description=__doc__)
+    parser.add_argument("--section", action="append", choices=list(SECTIONS), help="all if none")
+    parser.add_argument("--quick", action="store_true", help="few cases, few rounds")
+    parser.add_argument("--json", type=Path, help="write all figures to this file")
+    chosen = parser.parse_args(argv)
+    console = Console(highlight=False, width=100)
+    kernels.set_threads(1)
+    facts = report.machine()
+    console.print(", ".join(f"{key} {value}" for key, value in facts.items()), markup=False)
+    lines: list[Line] = []
+    broken = []
+    for name in chosen.section or SECTIONS:
+        try:
+            made = SECTIONS[name](chosen.quick)
+        except ModuleNotFoundError as error:
+            console.print(f"{name}: left out, {error}: make bench installs the peers")
+            broken.append(name)
+            continue
+        if made:
+            report.show(made, console)
+        lines += made
+    missed = sum(line.verdict == "MISS" for line in lines)
+    met = sum(line.verdict == "PASS" for line in lines)
+    console.print(f"{met} targets reached, {missed} missed, {len(broken)} sections left out")
+    if chosen.json:
+        settings: dict[str, object] = {"quick": chosen.quick, "left_out": broken}
+        chosen.json.write_text(report.to_json(lines, settings) + "\n", encoding="utf-8")
+    return 1 if missed or broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
