@@ -20,7 +20,7 @@ def verify(robot, task, T, q, pose_index, branch, hint, q_seed, tol_p, tol_r, wi
     best_q, best = np.full((poses, n), np.nan), np.full((poses, 2), np.nan)
     for i in range(poses):
         near = (low + high) / 2 if q_seed is None else q_seed[i]
-        found, outside = [], False
+        found, outside, least = [], False, np.inf
         for k in np.flatnonzero(pose_index == i):
             if not np.isfinite(q[k]).all():
                 continue
@@ -28,14 +28,14 @@ def verify(robot, task, T, q, pose_index, branch, hint, q_seed, tol_p, tol_r, wi
                 inside = bool(((low - SLACK <= wound) & (wound <= high + SLACK)).all())
                 value = np.clip(wound, low, high) if inside and not ignore else wound
                 error = errors(task, T[i], robot.fk(value))
-                if not np.nanmax([best[i] / (tol_p, tol_r), (-np.inf, -np.inf)]) <= np.max(
-                    np.divide(error, (tol_p, tol_r))
-                ):
-                    best_q[i], best[i] = value, error
+                score = max(error[0] / tol_p, error[1] / tol_r)
+                if score < least:
+                    least, best_q[i], best[i] = score, value, error
                 if error[0] > tol_p or error[1] > tol_r:
                     continue
                 outside |= not inside
-                if (inside or ignore) and not any(_alike(value, f[0], revolute, windings) for f in found):
+                alike = any(_alike(value, f[0], revolute, windings) for f in found)
+                if (inside or ignore) and not alike:
                     found.append((value, *error, branch[k]))
         key = (lambda f: f[3]) if q_seed is None else (lambda f, s=near: np.abs(f[0] - s).max())
         rows += [(i, *f) for f in sorted(found, key=key)]
