@@ -3,11 +3,12 @@
 import gc
 import statistics
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["Spread", "alternate", "latencies", "quiet", "ratios"]
 
@@ -73,24 +74,39 @@ def alternate(tasks: Mapping[str, Callable[[], object]], rounds: int) -> dict[st
 
 
 def latencies(
-    calls: Mapping[str, Callable[[int], object]], count: int, block: int = 500
-) -> dict[str, "np.ndarray"]:
-    """Wall seconds of each single call, in alternating blocks: name -> (count,)."""
+    calls: Mapping[str, Callable[..., object]],
+    inputs: Sequence[tuple[object, ...]],
+    block: int = 500,
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, list[object]]]:
+    """Time every single call, in alternating blocks.
+
+    Args:
+        calls: name -> what is called with each of the inputs.
+        inputs: the arguments of each call.
+        block: calls in a row before the other's turn.
+
+    Returns:
+        Wall seconds, name -> (count,), and the answers, name -> list.
+    """
+    count = len(inputs)
     taken = {name: np.empty(count) for name in calls}
+    answers: dict[str, list[object]] = {name: [] for name in calls}
     clock = time.perf_counter_ns
     names = list(calls)
     for name in names:
-        for i in range(min(count, 20)):
-            calls[name](i)
+        for given in inputs[:20]:
+            calls[name](*given)
     with quiet():
         for k, start in enumerate(range(0, count, block)):
             for name in names if k % 2 == 0 else names[::-1]:
-                call, out = calls[name], taken[name]
+                call, out, kept = calls[name], taken[name], answers[name]
                 for i in range(start, min(start + block, count)):
+                    given = inputs[i]
                     t = clock()
-                    call(i)
+                    answer = call(*given)
                     out[i] = 1e-9 * (clock() - t)
-    return taken
+                    kept.append(answer)
+    return taken, answers
 
 
 def ratios(above: list[float], below: list[float]) -> Spread:

@@ -83,25 +83,18 @@ def _numerical(name: str, count: int, rounds: int) -> list[Line]:
     rtb, optik = peers.Rtb(robot), peers.OptIK(robot)
     _, T = cases.reachable(robot, count, seed=3)
     q0, _ = cases.reachable(robot, count, seed=4)
-    answers = {key: np.full((count, robot.dof), np.nan) for key in ("ours", "rtb", "optik")}
+    inputs = list(zip(T, q0, strict=True))
 
-    def ours(i: int) -> None:
-        q = solver.solve(T[i], q0[i]).q
-        if len(q):
-            answers["ours"][i] = q[0]
+    def ours(pose: Array, seed: Array) -> Array:
+        return solver.solve(pose, seed).q
 
-    def theirs(i: int) -> None:
-        answers["rtb"][i] = rtb.solve(T[i], q0[i])
-
-    def others(i: int) -> None:
-        answers["optik"][i] = optik.solve(T[i], q0[i])
-
-    taken = [latencies({"ours": ours, "rtb": theirs}, count) for _ in range(rounds)]
+    runs = [latencies({"ours": ours, "rtb": rtb.solve}, inputs) for _ in range(rounds)]
+    taken, answers = [run[0] for run in runs], runs[-1][1]
     some = min(count, 1_000)
-    slow = latencies({"optik": others}, some)["optik"]
+    slow, others = latencies({"optik": optik.solve}, inputs[:some])
+    answers |= others
     head = ("numerical", name)
-    share = {k: _solved(robot, T, q) for k, q in answers.items()}
-    share["optik"] = _solved(robot, T[:some], answers["optik"][:some])
+    share = {key: _solved(robot, T, _first(robot, found)) for key, found in answers.items()}
     lines = [
         Line(*head, "kinverse solved, %", share["ours"], 100.0, note=f"of {count:,}"),
         Line(*head, "RTB solved, %", share["rtb"]),
@@ -116,7 +109,7 @@ def _numerical(name: str, count: int, rounds: int) -> list[Line]:
         rtbs = [float(measure(t["rtb"])) for t in taken]
         note = (
             f"us: kinverse {1e6 * np.median(mine):.1f}, RTB {1e6 * np.median(rtbs):.1f}, "
-            f"OptIK {1e6 * float(measure(slow)):.0f}"
+            f"OptIK {1e6 * float(measure(slow['optik'])):.0f}"
         )
         bound = wide(at_8, at_8 / 2)
         lines.append(Line(*head, f"RTB / kinverse, {what}", ratios(rtbs, mine), bound, note=note))
@@ -200,7 +193,19 @@ def _fk_lanes(isa: str, name: str, count: int, rounds: int) -> list[Line]:
     ]
 
 
+def _first(robot: kv.Robot, answers: list[object]) -> Array:
+    """The first solution of each answer, NaN where there is none."""
+    q = np.full((len(answers), robot.dof), np.nan)
+    for row, answer in zip(q, answers, strict=True):
+        rows = np.asarray(answer).reshape(-1, robot.dof)
+        if len(rows):
+            row[:] = rows[0]
+    return q
+
+
 def _solved(robot: kv.Robot, T: Array, q: Array) -> Spread:
+    """How many of the first targets the answers reach within 1e-6 m and rad, inside the limits."""
+    T = T[: len(q)]
     good = ~np.isnan(q).any(axis=1)
     far, turned = oracle.errors(T, oracle.pose(robot, np.where(good[:, None], q, 0.0)))
     # a hair over the tolerance for the oracle's own rounding
