@@ -1,13 +1,13 @@
 """kinverse's own robot files: Denavit-Hartenberg rows in TOML."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse import se3
-from kinverse.dh import CONVENTIONS
+from kinverse import dh, se3
 from kinverse.errors import InputError, ModelError
 from kinverse.loading.text import LARGEST_NUMBER, choices
 from kinverse.robot import Robot
@@ -28,7 +28,8 @@ KEYS = (
     "notes",
     "unverified",
 )
-ROW_KEYS = ("joint", "name", "theta", "d", "a", "alpha", "limits")
+ROW_KEYS = ("joint", "name", "theta", "d", "a", "alpha", "limits", "mimic")
+MIMIC_KEYS = ("joint", "multiplier", "offset")
 POSE_KEYS = ("xyz", "rpy")
 
 
@@ -39,7 +40,8 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
     ``name``, ``units = { length = "m" | "cm" | "mm", angle = "rad" | "deg" }``, ``base`` and
     ``tool`` as ``{ xyz = [...], rpy = [...] }``, ``source`` (text), ``notes`` and ``unverified``
     (lists of texts), and ``rows``, a list of ``{ joint = "R" | "P" | "F", name, theta, d, a,
-    alpha, limits = [low, high] }``. Numbers left out are 0; limits left out are +-pi for R.
+    alpha, limits = [low, high] }``. Numbers left out are 0; limits left out are +-pi for R. A row
+    that follows another has ``mimic = { joint = NAME, multiplier, offset }`` in place of limits.
 
     Args:
         data: the content of the file.
@@ -62,7 +64,7 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
         raise ModelError(f"{where}: not well-formed TOML: {error}") from error
     _known(table, KEYS, where)
     _one_of(table.get("kind"), ("dh",), f"{where}: kind")
-    convention = _one_of(table.get("convention"), CONVENTIONS, f"{where}: convention")
+    convention = _one_of(table.get("convention"), dh.CONVENTIONS, f"{where}: convention")
     units = _table(table.get("units", {}), ("length", "angle"), f"{where}: units")
     per_metre = LENGTHS[_one_of(units.get("length", "m"), LENGTHS, f"{where}: units.length")]
     degrees = _one_of(units.get("angle", "rad"), ANGLES, f"{where}: units.angle") == "deg"
@@ -85,8 +87,8 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
     rows = table.get("rows")
     if not isinstance(rows, list) or not rows:
         raise ModelError(f"{where}: rows must be a list of at least one row")
-    joints, names, limits = "", [], []
-    values: dict[str, list[float]] = {"theta": [], "d": [], "a": [], "alpha": []}
+    joints, moving = "", []
+    values: dict[str, list[float]] = {"a": [], "d": [], "alpha": [], "theta": []}
     for number, row in enumerate(rows, start=1):
         here = f"{where}: row {number}"
         row = _table(row, ROW_KEYS, here)
@@ -96,34 +98,58 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
             column.append(unit(row.get(key, 0.0), f"{here}: {key}"))
         joints += kind
         if kind == "F":
-            if row.keys() & {"limits", "name"}:
-                raise ModelError(f"{here} is fixed (F) and takes neither name nor limits")
+            if row.keys() & {"limits", "name", "mimic"}:
+                raise ModelError(f"{here} is fixed (F) and takes no name, limits or mimic")
             continue
-        names.append(_text(row.get("name", f"joint{len(names) + 1}"), f"{here}: name"))
+        unit = angle if kind == "R" else length
+        joint = _Row(_text(row.get("name", f"joint{len(moving) + 1}"), f"{here}: name"))
         if "limits" in row:
-            unit = angle if kind == "R" else length
-            limits.append([unit(v, f"{here}: limits") for v in _list(row, "limits", 2, here)])
-        else:
-            limits.append(None)
-    unverified = _texts(table, "unverified", where)
-    _texts(table, "notes", where)
+            joint.limits = [unit(v, f"{here}: limits") for v in _list(row, "limits", 2, here)]
+        if "mimic" in row:
+            mimic = _table(row["mimic"], MIMIC_KEYS, f"{here}: mimic")
+            if "limits" in row:
+                raise ModelError(f"{here} mimics another joint and takes no limits")
+            joint.driver = _text(mimic.get("joint", ""), f"{here}: mimic.joint")
+            joint.multiplier = _number(mimic.get("multiplier", 1.0), f"{here}: mimic.multiplier")
+            joint.offset = unit(mimic.get("offset", 0.0), f"{here}: mimic.offset")
+        moving.append(joint)
+    free = [joint.name for joint in moving if joint.driver is None]
+    for joint in moving:
+        if joint.driver is not None and joint.driver not in free:
+            raise ModelError(
+                f"{where}: joint {joint.name!r} mimics {joint.driver!r};"
+                f" {choices(joint.driver, free, 'free joints')}"
+            )
+    source = _text(table.get("source", ""), f"{where}: source")
     try:
-        return Robot.from_dh(
-            **{key: np.array(column) for key, column in values.items()},
-            joints=joints,
-            convention=convention,
-            limits=limits,
-            base=placed("base"),
-            tool=placed("tool"),
+        frames, kinds = dh.frames(
+            **values, joints=joints, convention=convention, base=placed("base"), tool=placed("tool")
+        )
+        return Robot(
+            frames,
+            kinds,
+            limits=[joint.limits for joint in moving if joint.driver is None],
+            joint_names=free,
+            source=[free.index(joint.driver or joint.name) for joint in moving],
+            multiplier=[joint.multiplier for joint in moving],
+            offset=[joint.offset for joint in moving],
             name=_text(table.get("name", stem), f"{where}: name"),
-            joint_names=names,
-            source_note=_text(table.get("source", ""), f"{where}: source"),
-            unverified=unverified,
+            source_note="\n".join([source, *_texts(table, "notes", where)]),
+            unverified=_texts(table, "unverified", where),
         )
     except ModelError:
         raise
     except InputError as error:
         raise ModelError(f"{where}: {error}") from error
+
+
+@dataclass
+class _Row:
+    name: str
+    limits: list[float] | None = None
+    driver: str | None = None
+    multiplier: float = 1.0
+    offset: float = 0.0
 
 
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
