@@ -39,8 +39,9 @@ $(VENV)/.demo: $(NATIVE) $(SOURCE) | $(BIN)/python
 	$(PIP) install -q --no-deps compas-fab==2.0.1
 	rm -f $(VENV)/.test && touch $@
 
-# What a developer gets: editable, and a native core that is rebuilt only where it changed.
-$(VENV)/.test: $(NATIVE) | $(BIN)/python
+# What a developer gets: editable, and a native core that is rebuilt only where it changed. The
+# list of Python files is fixed at the install, so a new one needs another (a few seconds).
+$(VENV)/.test: $(NATIVE) $(SOURCE) | $(BIN)/python
 	$(PIP) install -q "scikit-build-core>=0.11" "nanobind>=2.4" "cmake>=3.26" "ninja>=1.11"
 	$(PIP) install -q --no-build-isolation -e ".[test]"
 	$(PIP) install -q --no-deps compas-fab==2.0.1

@@ -109,10 +109,7 @@ def from_csv(path: Path, degrees: bool, skip: bool) -> Poses:
 def _layout(
     path: Path, header: list[str], degrees: bool
 ) -> tuple[tuple[str, ...], Callable[[dict[str, float]], Array]]:
-    doubled = sorted({name for name in header if name and header.count(name) > 1})
-    if doubled:
-        raise InputError(f"{path}: the header names {', '.join(doubled)} twice")
-    have = set(header)
+    have = {name for name in header if header.count(name) == 1}
     scale = math.pi / 180.0 if degrees else 1.0
 
     def by_rpy(row: dict[str, float]) -> Array:
@@ -133,7 +130,7 @@ def _layout(
         return MATRIX + (LAST_ROW if whole else ()), by_matrix
     raise InputError(
         f"{path}: the first row must name the columns x y z roll pitch yaw, x y z qw qx qy qz, or "
-        f"m11 ... m34; found {', '.join(header) or 'nothing'}"
+        f"m11 ... m34, each once; found {', '.join(header) or 'nothing'}"
     )
 
 
