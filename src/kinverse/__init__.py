@@ -8,8 +8,7 @@
 Angles are in radians, lengths in metres, poses are (4, 4) arrays of the tool in the base frame.
 """
 
-from typing import TYPE_CHECKING
-
+from kinverse.conformance import check_solver
 from kinverse.errors import (
     InputError,
     KinverseError,
@@ -18,18 +17,38 @@ from kinverse.errors import (
     NoClosedForm,
     NoSolution,
 )
+from kinverse.kernels import set_threads
+from kinverse.load import load
+from kinverse.robot import Robot
+from kinverse.se3 import pose
+from kinverse.solutions import Solutions, Status
+from kinverse.solve import solve
+from kinverse.solvers import FirstOf, Proposal, Seeded, Solver, solver_names
 
 __all__ = [
+    "FirstOf",
     "InputError",
     "KinverseError",
     "MissingExtra",
     "ModelError",
     "NoClosedForm",
     "NoSolution",
+    "Proposal",
+    "Robot",
+    "Seeded",
+    "Solutions",
+    "Solver",
+    "Status",
+    "__version__",
+    "check_solver",
+    "load",
+    "pose",
+    "set_threads",
+    "solve",
+    "solver_names",
 ]
 
-if TYPE_CHECKING:
-    __version__: str
+__version__: str
 
 
 def __getattr__(name: str) -> str:

@@ -4,10 +4,7 @@ The idea is scikit-learn's ``check_estimator``: who writes a solver need not kno
 checks do. Each is a function of (solver, case) whose name says what it holds.
 """
 
-import copy
-import pickle
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,10 +45,9 @@ def check_solver(solver: Solver, robot: Robot) -> None:
     Example:
         >>> check_solver(kv.Numerical(task="position"), kv.load("puma560"))
     """
-    case = make_case(robot)
     for check in CHECKS:
         try:
-            check(solver.clone(), case)
+            check(solver.clone(), make_case(robot))
         except AssertionError as failure:
             raise AssertionError(f"{check.__name__}, {solver!r}: {failure}") from failure
 
@@ -113,6 +109,9 @@ def fit_returns_the_solver_and_repeats(solver: Solver, case: Case) -> None:
 
 def pickles_and_copies_answer_alike(solver: Solver, case: Case) -> None:
     """A fitted solver pickles and deepcopies; so do its solutions."""
+    import copy
+    import pickle
+
     solver.fit(case.robot)
     first = solver.solve(case.T)
     for name, twin in (
@@ -278,6 +277,8 @@ def bad_input_is_refused(solver: Solver, case: Case) -> None:
 
 def threads_answer_alike(solver: Solver, case: Case) -> None:
     """Calls from several threads at once, and batches split over threads, give the same bits."""
+    from concurrent.futures import ThreadPoolExecutor
+
     solver.fit(case.robot)
     first = solver.solve(case.T)
     with ThreadPoolExecutor(4) as pool:

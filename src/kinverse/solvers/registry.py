@@ -1,7 +1,6 @@
 """Solvers by name. A family is imported when its name is first asked for."""
 
 from collections.abc import Callable
-from difflib import get_close_matches
 
 from kinverse.errors import InputError
 from kinverse.robot import Robot
@@ -30,6 +29,8 @@ def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
     """
     factory = _FACTORIES.get(name) if isinstance(name, str) else None
     if factory is None:
+        from difflib import get_close_matches
+
         near = get_close_matches(str(name), _FACTORIES, n=1)
         hint = f" did you mean {near[0]!r}?" if near else ""
         raise InputError(f"unknown solver {name!r}:{hint} the solvers are {', '.join(_FACTORIES)}")
