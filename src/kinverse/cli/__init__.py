@@ -24,9 +24,9 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     name="kinverse",
     help="Inverse kinematics of robot arms: every answer verified.",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
+    pretty_exceptions_enable=False,
 )
 for _command in (robots, info, fk, solve, compare):
     app.command()(_command)
@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     arguments = join_numbers(sys.argv[1:] if argv is None else argv)
     try:
-        code = app(arguments, prog_name="kinverse", standalone_mode=False)
+        code = app(arguments or ["--help"], prog_name="kinverse", standalone_mode=False)
     except typer.TyperException as error:
         return _refuse(error.format_message())
     except (KinverseError, OSError) as error:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 
 import kinverse as kv
+from kinverse import solve
 from kinverse.cli._poses import Poses
 from kinverse.cli._show import console, joint_header, joint_values, notes, table, tiny
 
@@ -46,7 +47,7 @@ def run(
         try:
             for start in starts:
                 T = given.T[start : start + CHUNK]
-                done.append(kv.solve(robot, T, solver=solver, task=task, q_seed=q_seed, rng=rng))
+                done.append(solve(robot, T, solver=solver, task=task, q_seed=q_seed, rng=rng))
                 bar.advance(job, len(T))
         except KeyboardInterrupt:
             count = sum(map(len, done))

@@ -28,8 +28,9 @@ def robots(json: Json = False) -> None:
     if json:
         print(text.dumps(rows))
         return
-    shown = table("name", "joints", "source")
+    shown = table("name", "joints", "source (kinverse info NAME has it whole)")
+    shown.columns[-1].no_wrap = True
+    shown.columns[-1].overflow = "ellipsis"
     for row in rows:
-        first = str(row["source"]).strip().splitlines() or [""]
-        shown.add_row(str(row["name"]), str(row["joints"]), first[0])
+        shown.add_row(str(row["name"]), str(row["joints"]), " ".join(str(row["source"]).split()))
     console().print(shown)

@@ -1,0 +1,242 @@
+"""The command line: what it prints, what it refuses, and its exit status."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import kinverse as kv
+import oracle
+from kinverse.cli import main
+
+POSE = ["--pose", "0.9", "0.3", "1.1", "0.2", "1.7", "0.3"]
+FAR = ["--pose", "9", "0", "0", "0", "0", "0"]
+
+
+def run(capsys, *argv):
+    code = main(list(map(str, argv)))
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def refused(capsys, *argv):
+    """What one line a bad call says; nothing on standard output."""
+    code, out, err = run(capsys, *argv)
+    assert code == 2 and out == ""
+    assert err.startswith("kinverse: error: ") and err.count("\n") == 1
+    return err
+
+
+@pytest.fixture
+def poses(tmp_path):
+    """Five reachable poses of the KR16, the third row broken and the fourth out of reach."""
+    robot = kv.load("kr16")
+    T = robot.fk(robot.random(5, np.random.default_rng(11)))
+    T[3, 0, 3] += 9.0
+    lines = ["tag,qw,qx,qy,qz,x,y,z"]
+    for k, one in enumerate(T):
+        cells = [*kv.se3.quat_from_rotation(one[:3, :3]), *one[:3, 3]]
+        lines.append(f"t{k}," + ",".join(repr(float(v)) for v in cells))
+    lines[3] = lines[3].rsplit(",", 1)[0] + ",here"
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+# ---------------------------------------------------------------------------- robots
+def test_robots_lists_the_catalogue(capsys):
+    code, out, _ = run(capsys, "robots")
+    assert code == 0
+    for name in ("kr16", "ur5", "panda", "adept_one"):
+        assert f"{name} " in out
+    assert max(map(len, out.splitlines())) <= 80
+    code, out, _ = run(capsys, "robots", "--json")
+    rows = {row["name"]: row for row in json.loads(out)}
+    assert rows["adept_one"]["joints"] == "RRPR"
+
+
+def test_info_shows_limits_in_the_unit_asked_for(capsys):
+    code, out, _ = run(capsys, "info", "adept_one", "--json", "--degrees")
+    told = json.loads(out)
+    robot = kv.load("adept_one")
+    assert code == 0 and told["angle"] == "deg"
+    assert np.allclose(told["limits"][0], np.degrees(robot.limits[0]))
+    assert np.allclose(told["limits"][2], robot.limits[2])  # a slide stays in metres
+    code, out, _ = run(capsys, "info", "panda")
+    assert code == 0 and "closed form: no" in out and "source:" in out
+
+
+def test_fk_is_the_robots_own(capsys):
+    q = [10, -60, 70, 20, -30, 40]
+    code, out, _ = run(capsys, "fk", "kr16", "--q", *q, "--degrees", "--json")
+    told = json.loads(out)
+    T = kv.load("kr16").fk(np.radians(q))
+    assert code == 0
+    assert np.allclose(told["matrix"], T, atol=1e-12)
+    back = kv.pose(told["xyz"], rpy=np.radians(told["rpy"]))
+    assert np.allclose(back, T, atol=1e-12)
+    assert np.allclose(kv.pose(told["xyz"], quat=told["quat_wxyz"]), T, atol=1e-12)
+    code, out, _ = run(capsys, "fk", "kr16", "--q", "0,0,0,0,0,0")
+    assert code == 0 and "quaternion" in out
+
+
+# ---------------------------------------------------------------------------- solve
+def test_solve_prints_verified_solutions(capsys):
+    code, out, _ = run(capsys, "solve", "kr16", *POSE, "--json")
+    told = json.loads(out)
+    robot = kv.load("kr16")
+    target = kv.pose([0.9, 0.3, 1.1], rpy=[0.2, 1.7, 0.3])
+    assert code == 0 and told["poses"][0]["status"] == "SOLVED"
+    found = told["poses"][0]["solutions"]
+    assert len(found) == len(kv.solve(robot, target).q) > 0
+    for solution in found:
+        assert np.allclose(oracle.robot_fk(robot, np.array(solution["q"])), target, atol=1e-8)
+
+
+def test_solve_takes_negative_numbers_and_degrees(capsys):
+    robot = kv.load("kr16")
+    q = np.radians([-20, -80, 60, -30, -40, 50])
+    T = robot.fk(q)
+    rpy = np.degrees(kv.se3.rpy_from_rotation(T[:3, :3]))
+    numbers = [repr(float(v)) for v in (*T[:3, 3], *rpy)]
+    seed = [repr(float(v)) for v in np.degrees(q)]
+    call = ["solve", "kr16", "--pose", *numbers, "--q-seed", *seed, "--degrees"]
+    code, out, _ = run(capsys, *call, "--json")
+    first = json.loads(out)["poses"][0]["solutions"][0]
+    assert code == 0
+    assert np.allclose(first["q"], np.degrees(q), atol=1e-5)
+    code, out, _ = run(capsys, *call)
+    assert code == 0 and "SOLVED" in out
+    assert max(map(len, out.splitlines())) <= 80
+
+
+def test_an_unreachable_pose_has_a_reason_and_status_1(capsys):
+    code, out, _ = run(capsys, "solve", "kr16", *FAR)
+    assert code == 1 and kv.Status.UNREACHABLE.name in out and kv.Status.UNREACHABLE.text in out
+    code, out, _ = run(capsys, "solve", "kr16", *FAR, "--json")
+    told = json.loads(out)["poses"][0]
+    assert code == 1 and told["status"] == "UNREACHABLE" and told["solutions"] == []
+
+
+def test_a_broken_row_stops_or_is_skipped(capsys, poses, tmp_path):
+    err = refused(capsys, "solve", "kr16", "--poses", poses)
+    assert "poses.csv: row 3: column z: 'here'" in err
+    out_file = tmp_path / "out.csv"
+    code, out, err = run(
+        capsys, "solve", "kr16", "--poses", poses, "--on-error", "skip", "--out", out_file
+    )
+    assert code == 1 and "row 3: column z" in err and "columns not read: tag" in err
+    assert "SOLVED 3 of 4" in out and "UNREACHABLE 1 of 4" in out and "skipped 1" in out
+    with out_file.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["row"] for row in rows} == {"1", "2", "4", "5"}
+    robot = kv.load("kr16")
+    for row in rows:
+        if row["row"] == "4":
+            assert row["status"] == "UNREACHABLE" and row["joint1"] == ""
+            continue
+        q = np.array([float(row[name]) for name in robot.joint_names])
+        assert float(row["position_error_m"]) <= 1e-6
+        assert (q >= robot.limits[:, 0] - 1e-9).all() and (q <= robot.limits[:, 1] + 1e-9).all()
+
+
+def test_out_json_and_batches_match_single_calls(capsys, poses, tmp_path, monkeypatch):
+    from kinverse.cli import _answers
+
+    call = ["solve", "kr16", "--poses", poses, "--on-error", "skip"]
+    code, whole, _ = run(capsys, *call, "--json", "--out", tmp_path / "out.json")
+    assert code == 1
+    assert json.loads((tmp_path / "out.json").read_text(encoding="utf-8")) == json.loads(whole)
+    monkeypatch.setattr(_answers, "CHUNK", 2)
+    code, parts, _ = run(capsys, *call, "--json")
+    assert json.loads(parts) == json.loads(whole)
+
+
+def test_ctrl_c_keeps_what_is_done(capsys, poses, monkeypatch):
+    from kinverse.cli import _answers
+
+    calls = []
+
+    def solve(*given, **settings):
+        if calls:
+            raise KeyboardInterrupt
+        calls.append(given)
+        return kv.solve(*given, **settings)
+
+    monkeypatch.setattr(_answers, "CHUNK", 2)
+    monkeypatch.setattr(_answers, "solve", solve)
+    code, out, err = run(capsys, "solve", "kr16", "--poses", poses, "--on-error", "skip", "--json")
+    told = json.loads(out)
+    assert code == 1 and "interrupted: 2 poses of 4 done" in err
+    assert [pose["row"] for pose in told["poses"]] == [1, 2] and told["not_tried"] == 2
+
+
+def test_no_pose_is_no_error(capsys, tmp_path):
+    path = tmp_path / "none.csv"
+    path.write_text("x,y,z,roll,pitch,yaw\n", encoding="utf-8")
+    code, out, _ = run(capsys, "solve", "kr16", "--poses", path, "--json")
+    assert code == 0 and json.loads(out)["poses"] == []
+
+
+# ---------------------------------------------------------------------------- compare
+def test_compare_prints_a_row_for_each_solver(capsys):
+    code, out, _ = run(capsys, "compare", "kr16", "--poses", 20)
+    assert code == 0 and "analytic" in out and "numerical" in out
+    assert max(map(len, out.splitlines())) <= 80
+    code, out, _ = run(capsys, "compare", "panda", "--poses", 20, "--json")
+    rows = {row["solver"]: row for row in json.loads(out)["rows"]}
+    assert code == 0
+    assert rows["analytic"]["note"] == "NoClosedForm" and rows["numerical"]["solved"] == 100.0
+
+
+# ---------------------------------------------------------------------------- refusals
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["solve", "kr16"], "--pose, --matrix and --poses"),
+        (["solve", "kr16", *POSE, "--poses", "x.csv"], "--pose, --matrix and --poses"),
+        (["solve", "kr16", "--pose", "1", "2"], "--pose needs 6 numbers"),
+        (["solve", "kr16", "--pose", "nan", *"00000"], "--pose must be finite"),
+        (["solve", "kr17", *POSE], "kr16"),
+        (["solve", "kr16", *POSE, "--solver", "magic"], "analytic"),
+        (["solve", "kr16", *POSE, "--task", "half"], "position_axis"),
+        (["solve", "panda", *POSE, "--solver", "analytic"], "panda"),
+        (["solve", "kr16", *POSE, "--q-seed", "1"], "--q-seed needs 6"),
+        (["solve", "kr16", *POSE, "--out", "x.txt"], ".csv or .json"),
+        (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),
+        (["solve", "kr16", "--poses", "nosuch.csv"], "nosuch.csv"),
+        (["solve", "kr16", "--matrix", "nosuch.npy"], "nosuch.npy"),
+        (["solve", "kr16", *POSE, "--base", "a"], "kr16"),
+        (["solve", "kr16", *POSE, "--rng", "x"], "rng"),
+        (["solve", "kr16", *POSE, "--frobnicate"], "--frobnicate"),
+        (["fk", "kr16", "--q", "1"], "--q needs 6 numbers"),
+        (["fk", "kr16"], "--q"),
+        (["compare", "kr16", "--poses", "0"], "at least 1"),
+        (["compare", "kr16", "--solvers", "magic"], "analytic"),
+        (["nosuch"], "nosuch"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(capsys, argv, says):
+    assert says in refused(capsys, *argv)
+
+
+def test_no_arguments_show_the_help(capsys):
+    code, out, _ = run(capsys)
+    assert code == 0 and "compare" in out
+
+
+def test_the_module_runs_as_a_program():
+    done = subprocess.run(
+        [sys.executable, "-m", "kinverse.cli", "fk", "kr16", "--q", "0"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2 and "needs 6" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_help_loads_nothing_heavy():
+    code = "import sys, kinverse.cli; kinverse.cli.main(['--help']); print('scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "False"
