@@ -4,6 +4,12 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "analytic.hpp"
 #include "dispatch.hpp"
 #include "owned_chain.hpp"
 
@@ -82,6 +88,189 @@ nb::ndarray<nb::numpy, double> jacobian(const OwnedChain& chain, In<double, 2> q
   return J;
 }
 
+// ---- verified answers ---------------------------------------------------------------------------
+
+// A view of a table's memory that keeps the table alive.
+template <class T, class U>
+nb::object view(nb::handle owner, const Buffer<U>& buffer, std::vector<size_t> shape) {
+  static_assert(sizeof(T) == sizeof(U));
+  static const T nothing{};
+  const T* data = buffer.data() ? reinterpret_cast<const T*>(buffer.data()) : &nothing;
+  return nb::ndarray<nb::numpy, const T>(data, shape.size(), shape.data(), owner).cast();
+}
+
+// The nearest miss of each pose; of a solved pose, its solution with the least error.
+struct Best {
+  nb::ndarray<nb::numpy, double> q, position_error, rotation_error;
+};
+Best best_of(const Table& table) {
+  const size_t poses = static_cast<size_t>(table.poses()), dof = static_cast<size_t>(table.dof());
+  Best best{owned_array<double>({poses, dof}), owned_array<double>({poses}), owned_array<double>({poses})};
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  std::fill_n(best.q.data(), poses * dof, none);
+  std::fill_n(best.position_error.data(), poses, none);
+  std::fill_n(best.rotation_error.data(), poses, none);
+  auto offer = [&](std::int64_t pose, const double* q, double position, double rotation) {
+    double& held = best.position_error.data()[pose];
+    if (!std::isnan(held) && std::fmax(held, best.rotation_error.data()[pose]) <= std::fmax(position, rotation)) return;
+    held = position;
+    best.rotation_error.data()[pose] = rotation;
+    std::copy(q, q + dof, best.q.data() + static_cast<size_t>(pose) * dof);
+  };
+  for (long k = 0; k < table.solutions(); ++k)
+    offer(table.pose_index[k], table.q.data() + k * table.dof(), table.position_error[k], table.rotation_error[k]);
+  for (long k = 0; k < table.best_pose.size(); ++k)
+    offer(table.best_pose[k], table.best_q.data() + k * table.dof(), table.best_position_error[k],
+          table.best_rotation_error[k]);
+  return best;
+}
+
+nb::object evaluations_of(nb::handle owner, const Table& table) {
+  const size_t poses = static_cast<size_t>(table.poses());
+  if (table.evaluations.size()) return view<std::int64_t>(owner, table.evaluations, {poses});
+  auto counts = owned_array<std::int64_t>({poses});
+  std::fill_n(counts.data(), poses, table.evaluations_each);
+  return counts.cast();
+}
+
+nb::object counter_of(nb::handle owner, const Table& table, const std::string& name) {
+  for (const auto& [known, column] : table.columns)
+    if (known == name) return view<std::int64_t>(owner, column, {static_cast<size_t>(column.size())});
+  return nb::none();
+}
+
+using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+
+// The poses and seeds of a call when they are plain arrays that can be used as they stand. Anything
+// else (another type, a bad pose) gives nothing: Python then converts it or says what is wrong.
+struct PlainCall {
+  PoseArray T_array, seed_array;
+  std::vector<double> projected;
+  const double* T = nullptr;
+  long poses = 0;
+  Seeds seeds;
+};
+bool plain_call(nb::handle T, nb::handle q_seed, int dof, PlainCall& call) {
+  if (!nb::try_cast<PoseArray>(T, call.T_array, false)) return false;
+  const PoseArray& array = call.T_array;
+  const size_t rank = array.ndim();
+  if (rank < 2 || rank > 3 || array.shape(rank - 1) != 4 || array.shape(rank - 2) != 4) return false;
+  call.poses = rank == 2 ? 1 : static_cast<long>(array.shape(0));
+  call.T = array.data();
+  long bad = -1;
+  call.projected = usable_poses(call.T, call.poses, bad);
+  if (bad >= 0) return false;
+  if (!call.projected.empty()) call.T = call.projected.data();
+  if (q_seed.is_none()) return true;
+  if (!nb::try_cast<PoseArray>(q_seed, call.seed_array, false)) return false;
+  const PoseArray& seed = call.seed_array;
+  const bool shared = seed.ndim() == 1;
+  if (seed.ndim() < 1 || seed.ndim() > 2 || seed.shape(seed.ndim() - 1) != static_cast<size_t>(dof)) return false;
+  if (!shared && seed.shape(0) != static_cast<size_t>(call.poses)) return false;
+  for (size_t k = 0; k < seed.size(); ++k)
+    if (!std::isfinite(seed.data()[k])) return false;
+  call.seeds = {seed.data(), shared};
+  return true;
+}
+
+Choice make_choice(int task, double tol_position, double tol_rotation, bool all_windings, bool ignore_limits) {
+  require(task >= 0 && task <= static_cast<int>(Task::schoenflies), "unknown task");
+  return {static_cast<Task>(task), tol_position, tol_rotation, all_windings, !ignore_limits};
+}
+
+Table* verify_candidates(const OwnedChain& chain, int task, In<double, 3> T, In<double, 2> q,
+                         In<std::int64_t, 1> pose_index, In<std::int32_t, 1> branch, In<std::uint8_t, 1> hint,
+                         std::optional<In<double, 2>> q_seed, double tol_position, double tol_rotation,
+                         bool all_windings, bool ignore_limits) {
+  const size_t poses = T.shape(0), count = q.shape(0), dof = static_cast<size_t>(chain.dof());
+  require(T.shape(1) == 4 && T.shape(2) == 4, "T must have the shape (N, 4, 4)");
+  require(q.shape(1) == dof, "q must have one column per free joint");
+  require(pose_index.shape(0) == count && branch.shape(0) == count, "one pose and one branch per candidate");
+  require(hint.shape(0) == poses, "one hint per pose");
+  for (size_t k = 0; k < poses; ++k) require(hint(k) <= static_cast<int>(Status::not_found), "unknown status in hint");
+  for (size_t k = 0; k < count; ++k)
+    require(pose_index(k) >= 0 && pose_index(k) < static_cast<std::int64_t>(poses), "pose_index out of range");
+  Seeds seeds;
+  if (q_seed) {
+    require(q_seed->shape(0) == poses && q_seed->shape(1) == dof, "q_seed must have the shape (N, dof)");
+    seeds.rows = q_seed->data();
+  }
+  const Choice choice = make_choice(task, tol_position, tol_rotation, all_windings, ignore_limits);
+  nb::gil_scoped_release unlocked;
+  long bad = -1;
+  const std::vector<double> projected = usable_poses(T.data(), static_cast<long>(poses), bad);
+  return new Table(verify(chain.view(), choice, projected.empty() ? T.data() : projected.data(),
+                          static_cast<long>(poses), q.data(), pose_index.data(), branch.data(),
+                          static_cast<long>(count), hint.data(), seeds));
+}
+
+// ---- closed forms -------------------------------------------------------------------------------
+
+struct ClosedForm {
+  Analytic analytic;
+  Choice choice;
+};
+
+ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, bool reversed, bool perpendicular_wrist,
+                            In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
+                            In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position,
+                            double tol_rotation, bool ignore_limits) {
+  const size_t dof = static_cast<size_t>(chain.dof());
+  require(dof <= 6 && chain.joints() == chain.dof(), "a closed form has at most six joints and no mimic joints");
+  require(family >= 0 && family <= static_cast<int>(Family::scara), "unknown family");
+  require(regional >= 0 && regional <= static_cast<int>(Regional::intersecting_23), "unknown regional structure");
+  require(links.shape(0) == dof && links.shape(1) == 5, "links must have the shape (dof, 5): a, d, alpha, cos, sin");
+  require(joint.shape(0) == dof && sign.shape(0) == dof && offset.shape(0) == dof, "one joint, sign and offset each");
+  for (const auto* fixed : {&base_inverse, &tool_inverse})
+    require(fixed->shape(0) == 4 && fixed->shape(1) == 4, "base_inverse and tool_inverse must be (4, 4)");
+  ClosedFormSpec spec{};
+  spec.family = static_cast<Family>(family);
+  spec.regional = static_cast<Regional>(regional);
+  spec.reversed = reversed;
+  spec.perpendicular_wrist = perpendicular_wrist;
+  spec.dof = static_cast<int>(dof);
+  const int branches[] = {8, 8, 4, 4, 2};
+  spec.branches = branches[family];
+  for (size_t i = 0; i < dof; ++i) {
+    spec.a[i] = links(i, 0);
+    spec.d[i] = links(i, 1);
+    spec.alpha[i] = links(i, 2);
+    spec.cos_alpha[i] = links(i, 3);
+    spec.sin_alpha[i] = links(i, 4);
+    spec.size += std::fabs(spec.a[i]) + std::fabs(spec.d[i]);
+    require(joint(i) >= 0 && joint(i) < static_cast<int>(dof), "joint out of range");
+    spec.joint[i] = joint(i);
+    spec.sign[i] = sign(i);
+    spec.offset[i] = offset(i);
+  }
+  std::copy_n(base_inverse.data(), 12, spec.base_inverse);
+  std::copy_n(tool_inverse.data(), 12, spec.tool_inverse);
+  return {Analytic(chain, spec), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
+}
+
+Table* solve_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, form.analytic.spec().dof, call)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(form.analytic.solve(call.T, call.poses, call.seeds, form.choice));
+}
+
+nb::object propose_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed) {
+  PlainCall call;
+  const ClosedFormSpec& spec = form.analytic.spec();
+  if (!plain_call(T, q_seed, spec.dof, call)) return nb::none();
+  const size_t poses = static_cast<size_t>(call.poses);
+  auto q = owned_array<double>({poses, static_cast<size_t>(spec.branches), static_cast<size_t>(spec.dof)});
+  auto hint = owned_array<std::uint8_t>({poses});
+  auto singular = owned_array<bool>({poses});
+  {
+    nb::gil_scoped_release unlocked;
+    form.analytic.propose(call.T, call.poses, call.seeds, form.choice, q.data(), hint.data(),
+                          reinterpret_cast<std::uint8_t*>(singular.data()));
+  }
+  return nb::make_tuple(q, hint, singular);
+}
+
 }  // namespace
 
 NB_MODULE(_core, m) {
@@ -106,4 +295,76 @@ NB_MODULE(_core, m) {
       .def_prop_ro("dof", &OwnedChain::dof)
       .def("fk", &forward, "q"_a, "one_lane"_a = false)
       .def("jacobian", &jacobian, "q"_a);
+
+  nb::class_<Table>(m, "Table")
+      .def_prop_ro("q",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<double>(self, t.q, {static_cast<size_t>(t.solutions()), static_cast<size_t>(t.dof())});
+                   })
+      .def_prop_ro("pose_index",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::int64_t>(self, t.pose_index, {static_cast<size_t>(t.solutions())});
+                   })
+      .def_prop_ro("position_error",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<double>(self, t.position_error, {static_cast<size_t>(t.solutions())});
+                   })
+      .def_prop_ro("rotation_error",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<double>(self, t.rotation_error, {static_cast<size_t>(t.solutions())});
+                   })
+      .def_prop_ro("branch",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::int32_t>(self, t.branch, {static_cast<size_t>(t.solutions())});
+                   })
+      .def_prop_ro("status",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::uint8_t>(self, t.status, {static_cast<size_t>(t.poses())});
+                   })
+      .def_prop_ro("count",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::int64_t>(self, t.count, {static_cast<size_t>(t.poses())});
+                   })
+      .def_prop_ro("singular",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<bool>(self, t.singular, {static_cast<size_t>(t.poses())});
+                   })
+      .def_prop_ro("evaluations",
+                   [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
+      .def("counter",
+           [](nb::handle_t<Table> self, const std::string& name) {
+             return counter_of(self, nb::cast<const Table&>(self), name);
+           },
+           "name"_a)
+      .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q; })
+      .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error; })
+      .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error; });
+
+  m.def("verify", &verify_candidates, "chain"_a, "task"_a, "T"_a, "q"_a, "pose_index"_a, "branch"_a, "hint"_a,
+        "q_seed"_a.none(), "tol_position"_a, "tol_rotation"_a, "all_windings"_a, "ignore_limits"_a,
+        nb::rv_policy::take_ownership);
+
+  nb::class_<ClosedForm>(m, "ClosedForm")
+      .def("__init__",
+           [](ClosedForm* self, const OwnedChain& chain, int family, int regional, bool reversed,
+              bool perpendicular_wrist, In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
+              In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position, double tol_rotation,
+              bool ignore_limits) {
+             new (self) ClosedForm(make_closed_form(chain, family, regional, reversed, perpendicular_wrist, links,
+                                                    base_inverse, tool_inverse, joint, sign, offset, tol_position,
+                                                    tol_rotation, ignore_limits));
+           },
+           "chain"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a, "links"_a, "base_inverse"_a,
+           "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a)
+      .def("solve", &solve_closed_form, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+           nb::rv_policy::take_ownership)
+      .def("propose", &propose_closed_form, "T"_a, "q_seed"_a.none() = nb::none());
 }

@@ -1,7 +1,7 @@
 // Compiled once per instruction set; everything here lives in a namespace named by it.
 #include "kernels.hpp"
 
-#include "kinematics.hpp"
+#include "closed_form_kernel.hpp"
 
 namespace kinverse::KINVERSE_ISA {
 namespace {
@@ -59,6 +59,58 @@ void jacobian_batch(const Chain& chain, const double* q, long count, double* J) 
   }
 }
 
+// T must be finite, its rotation orthonormal to 1e-5 (six-digit files pass) and right handed; what is
+// off by more than rounding is brought to the nearest rotation later.
+void inspect_poses(const double* T, long count, PoseVerdict* verdict) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  for (long first = 0; first < count; first += W) {
+    const double* rows[W];
+    for (int l = 0; l < W; ++l) rows[l] = T + 16 * (first + l < count ? first + l : count - 1);
+    const Frame<P> f = gather_frames<W>(rows);
+    P deviation = max(max(abs(dot(f.x, f.x) - P(1.0)), abs(dot(f.y, f.y) - P(1.0))), abs(dot(f.z, f.z) - P(1.0)));
+    deviation = max(deviation, max(max(abs(dot(f.x, f.y)), abs(dot(f.y, f.z))), abs(dot(f.z, f.x))));
+    const unsigned rigid = lane_bits((deviation <= P(1e-5)) & (dot(cross(f.x, f.y), f.z) > P(0.0)));
+    const unsigned exact = lane_bits(deviation <= P(1e-12));
+    const unsigned placed = lane_bits(abs(f.p.x) + abs(f.p.y) + abs(f.p.z) < P(1e300));
+    for (int l = 0; l < W && first + l < count; ++l) {
+      const double* row = rows[l];
+      PoseVerdict& v = verdict[first + l];
+      v = exact >> l & 1u ? PoseVerdict::exact : PoseVerdict::inexact;
+      if (!(rigid >> l & 1u)) {
+        v = PoseVerdict::not_rigid;
+        for (int k = 0; k < 16; ++k)
+          if (!(row[k] - row[k] == 0.0)) v = PoseVerdict::not_finite;
+      }
+      if (!(placed >> l & 1u)) v = PoseVerdict::not_finite;
+      if (row[12] != 0.0 || row[13] != 0.0 || row[14] != 0.0 || row[15] != 1.0) v = PoseVerdict::bad_last_row;
+    }
+  }
+}
+
+void measure(const Chain& chain, Task task, const double* T, const std::int64_t* pose_index, double* q, long count,
+             double* position_error, double* rotation_error) {
+  constexpr int W = LANES;
+  for (long first = 0; first < count; first += W) {
+    const double* rows[W];
+    for (int l = 0; l < W; ++l) rows[l] = T + 16 * pose_index[first + l < count ? first + l : count - 1];
+    Pack<W> joints[MAX_JOINTS];
+    gather_joints<W>(q, chain.dof, first, count, joints);
+    Checked<W> checked = check<W>(chain, task, gather_frames<W>(rows), joints, 0.0, 0.0);
+    alignas(64) double t[W], position[W], rotation[W];
+    store(position, checked.position_error);
+    store(rotation, checked.rotation_error);
+    for (int j = 0; j < chain.dof; ++j) {
+      store(t, joints[j]);
+      for (int l = 0; l < W && first + l < count; ++l) q[(first + l) * chain.dof + j] = t[l];
+    }
+    for (int l = 0; l < W && first + l < count; ++l) {
+      position_error[first + l] = position[l];
+      rotation_error[first + l] = rotation[l];
+    }
+  }
+}
+
 }  // namespace
 
 #define KINVERSE_TEXT_OF(x) #x
@@ -66,6 +118,7 @@ void jacobian_batch(const Chain& chain, const double* q, long count, double* J) 
 
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
+    inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -2,8 +2,36 @@
 #pragma once
 
 #include "chain.hpp"
+#include "closed_form_spec.hpp"
 
 namespace kinverse {
+
+constexpr int WIDEST = 8;  // lanes of the widest instruction set
+
+// What a pose matrix was found to be.
+enum class PoseVerdict : std::uint8_t { exact, inexact, not_finite, not_rigid, bad_last_row };
+
+struct Tolerances {
+  double position, rotation;
+  bool hold_limits;
+};
+
+// The branches of some poses as the lanes leave them. Poses in the lanes: value[branch][k][lane] and
+// a bit per lane; branches in the lanes: value[0][k][branch] and a bit per branch in [0]. k runs over
+// the joints, then the position error and the rotation error.
+struct BranchBlock {
+  alignas(64) double value[MAX_BRANCHES][8][WIDEST];
+  unsigned verified[MAX_BRANCHES];
+  unsigned inside[MAX_BRANCHES];
+  unsigned near;            // two branches may be one solution
+  unsigned singular;        // a free direction was chosen
+  unsigned singular_slots;  // which of them
+};
+
+// Directions for the vectors that vanish in a singular pose, one set per lane.
+struct FreeDirections {
+  alignas(64) double cosine[4][WIDEST], sine[4][WIDEST];
+};
 
 struct Kernels {
   const char* name;
@@ -14,6 +42,19 @@ struct Kernels {
   void (*forward_one_lane)(const Chain& chain, const double* q, long count, double* T);
   // q (count, dof) -> J (count, 6, dof)
   void (*jacobian)(const Chain& chain, const double* q, long count, double* J);
+  void (*inspect_poses)(const double* T, long count, PoseVerdict* verdict);
+  // errors of q[k] against T[pose_index[k]]; q is moved onto limits it misses by rounding
+  void (*measure)(const Chain& chain, Task task, const double* T, const std::int64_t* pose_index, double* q, long count,
+                  double* position_error, double* rotation_error);
+  // `lanes` poses at once; reference[lane] points to the joint values that windings are nearest to
+  void (*closed_form_poses)(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
+                            const double* const* T, const double* const* reference, const FreeDirections* free,
+                            BranchBlock& block);
+  // one pose, its branches in the lanes
+  void (*closed_form_pose)(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T,
+                           const double* reference, BranchBlock& block);
+  // whether no joint values at all meet the tolerances, shown by interval arithmetic
+  bool (*closed_form_unreachable)(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T);
 };
 
 namespace baseline {

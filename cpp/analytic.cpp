@@ -1,0 +1,267 @@
+#include "analytic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dispatch.hpp"
+
+namespace kinverse {
+namespace {
+
+constexpr double TWO_PI = 6.28318530717958647693;
+
+// One pass over a part of the poses.
+class Pass {
+ public:
+  Pass(const Chain& chain, const ClosedFormSpec& spec, const Choice& choice, Table& table)
+      : chain_(chain),
+        spec_(spec),
+        choice_(choice),
+        tolerances_{choice.tol_position, choice.tol_rotation, choice.hold_limits},
+        kernels_(active_kernels()),
+        middle_(winding_reference(chain, nullptr, true)),
+        table_(table) {}
+
+  void run(const double* T, long poses, const Seeds& seeds) {
+    const int lanes = kernels_.lanes;
+    std::vector<std::vector<double>> clamped(static_cast<size_t>(lanes));
+    BranchBlock block;
+    long pose = 0;
+    for (; pose + lanes <= poses; pose += lanes) {
+      const double *rows[WIDEST], *references[WIDEST];
+      for (int l = 0; l < lanes; ++l) {
+        rows[l] = T + 16 * (pose + l);
+        references[l] = reference(seeds.of(pose + l, chain_.dof), clamped[static_cast<size_t>(l)]);
+      }
+      kernels_.closed_form_poses(chain_, spec_, tolerances_, rows, references, nullptr, block);
+      for (int l = 0; l < lanes; ++l) {
+        unsigned verified = 0, inside = 0;
+        for (int b = 0; b < spec_.branches; ++b) {
+          verified |= (block.verified[b] >> l & 1u) << b;
+          inside |= (block.inside[b] >> l & 1u) << b;
+        }
+        const bool flagged = ((block.near | block.singular) >> l & 1u) != 0;
+        const bool singular = (block.singular >> l & 1u) != 0;
+        finish(rows[l], seeds.of(pose + l, chain_.dof), &block.value[0][0][l], 8 * WIDEST, verified, inside, flagged, singular,
+               block.singular_slots);
+      }
+    }
+    for (; pose < poses; ++pose) {
+      const double* row = T + 16 * pose;
+      const double* seed = seeds.of(pose, chain_.dof);
+      kernels_.closed_form_pose(chain_, spec_, tolerances_, row, reference(seed, clamped[0]), block);
+      finish(row, seed, &block.value[0][0][0], 1, block.verified[0], block.inside[0], (block.near | block.singular) != 0,
+             block.singular != 0, block.singular_slots);
+    }
+  }
+
+  // all branches of one pose, as they are
+  std::vector<Candidate> propose(const double* T, const double* seed, bool& singular) const {
+    BranchBlock block;
+    std::vector<double> storage;
+    kernels_.closed_form_pose(chain_, spec_, tolerances_, T, reference(seed, storage), block);
+    singular = block.singular != 0;
+    return all_branches(T, seed, &block.value[0][0][0], 1, block.verified[0], block.inside[0],
+                        singular ? block.singular_slots : 0u);
+  }
+  bool is_unreachable(const double* T) const { return kernels_.closed_form_unreachable(spec_, tolerances_, T); }
+
+ private:
+  const double* reference(const double* seed, std::vector<double>& storage) const {
+    if (!seed) return middle_.data();
+    storage = winding_reference(chain_, seed, choice_.hold_limits);
+    return storage.data();
+  }
+
+  // value[k * WIDEST + branch * step]: joint k, then the two errors
+  Solution solution(const double* value, long step, int branch) const {
+    const double* q = value + branch * step;
+    return {q, q[chain_.dof * WIDEST], q[(chain_.dof + 1) * WIDEST], branch, WIDEST};
+  }
+
+  void finish(const double* T, const double* seed, const double* value, long step, unsigned verified, unsigned inside,
+              bool flagged, bool singular, unsigned slots) {
+    const unsigned usable = choice_.hold_limits ? verified & inside : verified;
+    if (usable && !flagged) {
+      add_sorted(seed, value, step, usable);
+      table_.end_pose(Status::solved, false);
+      return;
+    }
+    std::vector<Candidate> candidates = all_branches(T, seed, value, step, verified, inside, singular ? slots : 0u);
+    Status unsolved = Status::not_found;
+    const bool any = std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.verified; });
+    if (!any && is_unreachable(T)) unsolved = Status::unreachable;
+    finish_pose(chain_, choice_, candidates, seed, unsolved, singular && any, table_);
+  }
+
+  // Distinct branches: by branch, or by their distance to the seed.
+  void add_sorted(const double* seed, const double* value, long step, unsigned usable) {
+    int order[MAX_BRANCHES], count = 0;
+    double key[MAX_BRANCHES];
+    for (int b = 0; b < spec_.branches; ++b) {
+      if (!(usable >> b & 1u)) continue;
+      double largest = 0.0;
+      if (seed)
+        for (int j = 0; j < chain_.dof; ++j)
+          largest = std::max(largest, std::fabs(value[b * step + j * WIDEST] - seed[j]));
+      int at = count++;
+      for (; at > 0 && key[at - 1] > largest; --at) {
+        key[at] = key[at - 1];
+        order[at] = order[at - 1];
+      }
+      key[at] = largest;
+      order[at] = b;
+    }
+    for (int k = 0; k < count; ++k) table_.add(solution(value, step, order[k]));
+  }
+
+  std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step,
+                                      unsigned verified, unsigned inside, unsigned singular_slots) const {
+    if (singular_slots)
+      return representatives(T, winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
+    std::vector<Candidate> candidates;
+    for (int b = 0; b < spec_.branches; ++b)
+      candidates.push_back(candidate(solution(value, step, b), (verified >> b & 1u) != 0, (inside >> b & 1u) != 0));
+    return candidates;
+  }
+
+  Candidate candidate(const Solution& s, bool verified, bool inside) const {
+    Candidate c{{}, s.position_error, s.rotation_error, s.branch, inside, verified};
+    for (int j = 0; j < chain_.dof; ++j) c.q.push_back(s.q[j * s.stride]);
+    return c;
+  }
+
+  // A singular pose has a continuum of solutions: for every branch the member that is verified, lies
+  // inside the limits if any does, and is nearest to the reference. A coarse round over the free
+  // angles, then finer ones around the best of each branch.
+  struct Member {
+    Candidate candidate;
+    double angle[4] = {};
+    bool known = false;
+  };
+
+  double miss(const Candidate& c, const std::vector<double>& reference) const {
+    double largest = 0.0;
+    for (int j = 0; j < chain_.dof; ++j)
+      largest = std::max(largest, std::fabs(c.q[static_cast<size_t>(j)] - reference[static_cast<size_t>(j)]));
+    return largest;
+  }
+  bool better(const Candidate& a, const Candidate& b, const std::vector<double>& reference) const {
+    if (a.verified != b.verified) return a.verified;
+    if (choice_.hold_limits && a.inside != b.inside) return a.inside;
+    return miss(a, reference) < miss(b, reference);
+  }
+
+  std::vector<Candidate> representatives(const double* T, const std::vector<double>& reference, unsigned slots) const {
+    constexpr int COARSE = 64, FINE = 16, ROUNDS = 3;
+    // several free angles: the coordinates of the R_3 low-discrepancy sequence
+    const double stride[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+    std::vector<Member> best(static_cast<size_t>(spec_.branches));
+    const bool one_slot = (slots & (slots - 1u)) == 0;
+    std::vector<std::vector<double>> angles;
+    for (int sample = 0; sample < COARSE; ++sample) {
+      std::vector<double> a(4, 0.0);
+      size_t rank = 0;
+      for (size_t slot = 0; slot < 4; ++slot)
+        if (slots >> slot & 1u)
+          a[slot] = TWO_PI * (one_slot ? sample / double(COARSE) : std::fmod(0.5 + sample * stride[rank++ % 3], 1.0));
+      angles.push_back(a);
+    }
+    try_angles(T, reference, angles, -1, best);
+    double width = TWO_PI / COARSE;
+    for (int round = 0; round < ROUNDS; ++round) {
+      for (int b = 0; b < spec_.branches; ++b)
+        for (int slot = 0; slot < 4; ++slot) {
+          if (!(slots >> slot & 1u)) continue;
+          const Member around = best[static_cast<size_t>(b)];
+          angles.clear();
+          for (int k = 0; k < FINE; ++k) {
+            std::vector<double> a(around.angle, around.angle + 4);
+            a[static_cast<size_t>(slot)] += width * (2.0 * k / (FINE - 1) - 1.0);
+            angles.push_back(a);
+          }
+          try_angles(T, reference, angles, b, best);
+        }
+      width *= 2.0 / (FINE - 1);
+    }
+    std::vector<Candidate> found;
+    for (Member& m : best)
+      if (m.known) found.push_back(m.candidate);
+    return found;
+  }
+
+  void try_angles(const double* T, const std::vector<double>& reference, const std::vector<std::vector<double>>& angles,
+                  int only_branch, std::vector<Member>& best) const {
+    const int lanes = kernels_.lanes;
+    BranchBlock block;
+    for (size_t first = 0; first < angles.size(); first += static_cast<size_t>(lanes)) {
+      FreeDirections free{};
+      const double *rows[WIDEST], *references[WIDEST];
+      auto sample = [&](int l) -> const std::vector<double>& {
+        return angles[std::min(first + static_cast<size_t>(l), angles.size() - 1)];
+      };
+      for (int l = 0; l < lanes; ++l) {
+        rows[l] = T;
+        references[l] = reference.data();
+        for (size_t slot = 0; slot < 4; ++slot) {
+          free.cosine[slot][l] = std::cos(sample(l)[slot]);
+          free.sine[slot][l] = std::sin(sample(l)[slot]);
+        }
+      }
+      kernels_.closed_form_poses(chain_, spec_, tolerances_, rows, references, &free, block);
+      for (int b = 0; b < spec_.branches; ++b) {
+        if (only_branch >= 0 && b != only_branch) continue;
+        for (int l = 0; l < lanes; ++l) {
+          Candidate c = candidate(solution(&block.value[0][0][l], 8 * WIDEST, b), (block.verified[b] >> l & 1u) != 0,
+                                  (block.inside[b] >> l & 1u) != 0);
+          Member& m = best[static_cast<size_t>(b)];
+          if (m.known && !better(c, m.candidate, reference)) continue;
+          m.candidate = std::move(c);
+          std::copy(sample(l).begin(), sample(l).end(), m.angle);
+          m.known = true;
+        }
+      }
+    }
+  }
+
+  const Chain chain_;
+  const ClosedFormSpec& spec_;
+  const Choice& choice_;
+  const Tolerances tolerances_;
+  const Kernels& kernels_;
+  const std::vector<double> middle_;
+  Table& table_;
+};
+
+}  // namespace
+
+Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
+  const int dof = spec_.dof;
+  std::vector<Table> parts;
+  const long most_parts = std::max(1, thread_count());
+  for (long p = 0; p < most_parts; ++p) parts.emplace_back(dof, 0, 0);
+  split_over_threads(poses, 512, [&](long first, long last, long part) {
+    Table& table = parts[static_cast<size_t>(part)];
+    table = Table(dof, last - first, (last - first) * spec_.branches);
+    Pass(chain_.view(), spec_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
+  });
+  for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
+  parts[0].evaluations_each = spec_.branches;
+  return std::move(parts[0]);
+}
+
+void Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q,
+                       std::uint8_t* hint, std::uint8_t* singular) const {
+  Table unused(spec_.dof, 0, 0);
+  Pass pass(chain_.view(), spec_, choice, unused);
+  for (long pose = 0; pose < poses; ++pose) {
+    const double* seed = seeds.of(pose, spec_.dof);
+    bool is_singular = false;
+    std::vector<Candidate> candidates = pass.propose(T + 16 * pose, seed, is_singular);
+    for (const Candidate& c : candidates) q = std::copy(c.q.begin(), c.q.end(), q);
+    hint[pose] = static_cast<std::uint8_t>(pass.is_unreachable(T + 16 * pose) ? Status::unreachable : Status::not_found);
+    singular[pose] = is_singular;
+  }
+}
+
+}  // namespace kinverse

@@ -1,0 +1,49 @@
+// From joint values that a solver proposes to joint values that are known to be right: the winding,
+// the limits, and the error measured by the robot's own forward kinematics.
+#pragma once
+
+#include "kinematics.hpp"
+#include "task_error.hpp"
+
+namespace kinverse::KINVERSE_ISA {
+
+// How far outside a limit a value counts as rounding and is moved onto it.
+constexpr double LIMIT_SLACK = 1e-9;
+
+// The whole turn that brings q nearest to `reference` (which lies inside the limits), one step
+// aside if that is outside the limits and its neighbour is not.
+template <int W>
+KINVERSE_INLINE Pack<W> wind(Pack<W> q, Pack<W> reference, Pack<W> lower, Pack<W> upper, bool hold_limits) {
+  using P = Pack<W>;
+  q = q + round<W>((reference - q) * P(1.0 / TWO_PI)) * P(TWO_PI);
+  if (!hold_limits) return q;
+  const P slack(LIMIT_SLACK), turn(TWO_PI);
+  q = select((q > upper + slack) & (q - turn >= lower - slack), q - turn, q);
+  return select((q < lower - slack) & (q + turn <= upper + slack), q + turn, q);
+}
+
+template <int W>
+struct Checked {
+  Pack<W> position_error, rotation_error;
+  Mask<W> verified, inside;
+};
+
+// Moves q onto its limits where it is outside by rounding only, and measures its error.
+template <int W>
+KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack<W>>& target, Pack<W>* q,
+                                 double tol_position, double tol_rotation) {
+  using P = Pack<W>;
+  Checked<W> result;
+  result.inside = Mask<W>::all(true);
+  for (int j = 0; j < chain.dof; ++j) {
+    P low(chain.lower[j]), high(chain.upper[j]), slack(LIMIT_SLACK);
+    q[j] = select((q[j] < low) & (q[j] >= low - slack), low, q[j]);
+    q[j] = select((q[j] > high) & (q[j] <= high + slack), high, q[j]);
+    result.inside = result.inside & (q[j] >= low) & (q[j] <= high);
+  }
+  task_errors<W>(task, target, forward<W>(chain, q), result.position_error, result.rotation_error);
+  result.verified = (result.position_error <= P(tol_position)) & (result.rotation_error <= P(tol_rotation));
+  return result;
+}
+
+}  // namespace kinverse::KINVERSE_ISA

@@ -1,0 +1,127 @@
+// Closed forms for packs of poses, for one pose, and the proof that a pose is out of reach.
+#pragma once
+
+#include "candidate.hpp"
+#include "closed_form.hpp"
+#include "kernels.hpp"
+
+namespace kinverse::KINVERSE_ISA {
+
+// theta of one branch -> verified joint values, stored in row `row` of the block
+template <int W>
+KINVERSE_INLINE Checked<W> store_branch(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
+                                        const Frame<Pack<W>>& target, const Pack<W>* theta, const Pack<W>* reference,
+                                        double (*value)[WIDEST], int first_lane) {
+  using P = Pack<W>;
+  P q[6];
+  for (int i = 0; i < spec.dof; ++i) {
+    int j = spec.joint[i];
+    P v = P(spec.sign[i]) * (theta[i] - P(spec.offset[i]));
+    q[j] = chain.prismatic[j] ? v : wind(v, reference[j], P(chain.lower[j]), P(chain.upper[j]), tolerances.hold_limits);
+  }
+  Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation);
+  for (int j = 0; j < spec.dof; ++j) store(value[j] + first_lane, q[j]);
+  store(value[spec.dof] + first_lane, checked.position_error);
+  store(value[spec.dof + 1] + first_lane, checked.rotation_error);
+  return checked;
+}
+
+template <class Model>
+void solve_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances, const double* const* T,
+                 const double* const* reference_rows, const FreeDirections* free, BranchBlock& block) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  LaneContext<W> context;
+  if (free)
+    for (int slot = 0; slot < FREE_SLOTS; ++slot) {
+      context.free_cos[slot] = load<W>(free->cosine[slot]);
+      context.free_sin[slot] = load<W>(free->sine[slot]);
+    }
+  const Frame<P> target = gather_frames<W>(T);
+  P reference[6];
+  for (int j = 0; j < spec.dof; ++j) {
+    alignas(64) double t[W];
+    for (int l = 0; l < W; ++l) t[l] = reference_rows[l][j];
+    reference[j] = load<W>(t);
+  }
+  P theta[MAX_BRANCHES][6];
+  visit_branches<Model>(spec, context, target, [&](int number, const P* t) {
+    for (int i = 0; i < spec.dof; ++i) theta[number][i] = t[i];
+  });
+  for (int b = 0; b < spec.branches; ++b) {
+    Checked<W> checked = store_branch<W>(chain, spec, tolerances, target, theta[b], reference, block.value[b], 0);
+    block.verified[b] = lane_bits(checked.verified);
+    block.inside[b] = lane_bits(checked.inside);
+  }
+  block.near = lane_bits(context.near);
+  block.singular = lane_bits(context.singular);
+  block.singular_slots = context.singular_slots;
+}
+
+template <class Model>
+void solve_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T,
+                const double* reference_row, BranchBlock& block) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  const Frame<P> target = constant_frame<P>(T);
+  P reference[6];
+  for (int j = 0; j < spec.dof; ++j) reference[j] = P(reference_row[j]);
+  block.verified[0] = block.inside[0] = block.near = block.singular = block.singular_slots = 0;
+  for (int first = 0; first < spec.branches; first += W) {
+    LaneContext<W> context;
+    P theta[6];
+    numbered_branches<Model>(spec, context, target, first, theta);
+    Checked<W> checked = store_branch<W>(chain, spec, tolerances, target, theta, reference, block.value[0], first);
+    // an arm with fewer branches than lanes repeats them
+    const unsigned used = spec.branches - first < W ? (1u << (spec.branches - first)) - 1u : ~0u;
+    block.verified[0] |= (lane_bits(checked.verified) & used) << first;
+    block.inside[0] |= (lane_bits(checked.inside) & used) << first;
+    block.near |= lane_bits(context.near) & used;
+    block.singular |= lane_bits(context.singular) & used;
+    block.singular_slots |= context.singular_slots;
+  }
+}
+
+inline void closed_form_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
+                              const double* const* T, const double* const* reference, const FreeDirections* free,
+                              BranchBlock& block) {
+  with_model(spec.family, [&]<class Model>(Model) { solve_poses<Model>(chain, spec, tolerances, T, reference, free, block); });
+}
+
+inline void closed_form_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T,
+                             const double* reference, BranchBlock& block) {
+  with_model(spec.family, [&]<class Model>(Model) { solve_pose<Model>(chain, spec, tolerances, T, reference, block); });
+}
+
+// Runs every branch on the interval of all poses within the tolerances of T. A branch whose
+// discriminant is negative, or whose condition fails, everywhere in it has no joint values; when all
+// branches are such, no joint values exist.
+inline bool closed_form_unreachable(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T) {
+  auto around = [](double x, double width) {
+    width += 1e-12 * (1.0 + __builtin_fabs(x));
+    return Interval(x - width, x + width);
+  };
+  Frame<Interval> target;
+  Vec3<Interval>* columns[3] = {&target.x, &target.y, &target.z};
+  for (int j = 0; j < 3; ++j)
+    *columns[j] = {around(T[j], tolerances.rotation), around(T[4 + j], tolerances.rotation),
+                   around(T[8 + j], tolerances.rotation)};
+  target.p = {around(T[3], tolerances.position), around(T[7], tolerances.position), around(T[11], tolerances.position)};
+  bool possible = false;
+  with_model(spec.family, [&]<class Model>(Model) {
+    const Elements<Interval> e = canonical_target(spec, target);
+    const double signs[2] = {1.0, -1.0};
+    for (double i : signs)
+      for (double j : signs)
+        for (double k : signs) {
+          IntervalContext context;
+          State<Interval> s = Model::first(spec, context, e, Interval(i));
+          if constexpr (Model::stages >= 2) s = Model::second(spec, context, e, s, Interval(j));
+          if constexpr (Model::stages >= 3) s = Model::third(spec, context, s, Interval(k));
+          possible = possible || context.possible;
+        }
+  });
+  return !possible;
+}
+
+}  // namespace kinverse::KINVERSE_ISA

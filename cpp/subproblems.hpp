@@ -1,0 +1,105 @@
+// The small trigonometric equations that closed forms are made of, on packs or on intervals.
+//
+// A context answers three questions in the way that fits its numbers: the root of a discriminant, the
+// direction of a vector that may vanish, and a condition that must hold. On packs a negative
+// discriminant counts as zero (the nearest the arm can come; verification judges the result), a
+// vanishing vector takes a free direction (a singular pose); on intervals both show what is possible.
+#pragma once
+
+#include "interval.hpp"
+#include "se3.hpp"
+
+namespace kinverse::KINVERSE_ISA {
+
+constexpr int FREE_SLOTS = 4;
+
+// Two roots closer than this (squared sine) may be one solution: duplicates are looked for.
+constexpr double NEAR_ROOT = 1e-11;
+// A vector shorter than this times the size of the arm has no direction.
+constexpr double NO_LENGTH = 1e-10;
+
+template <int W>
+struct LaneContext {
+  using P = Pack<W>;
+  Mask<W> near = Mask<W>::all(false);
+  Mask<W> singular = Mask<W>::all(false);
+  unsigned singular_slots = 0;
+  P free_cos[FREE_SLOTS] = {P(1.0), P(1.0), P(1.0), P(1.0)};
+  P free_sin[FREE_SLOTS] = {P(0.0), P(0.0), P(0.0), P(0.0)};
+
+  KINVERSE_INLINE P root(P discriminant, P scale) {
+    near = near | (discriminant < P(NEAR_ROOT) * scale);
+    return sqrt(max(discriminant, P(0.0)));
+  }
+  // (c, s) to unit length; shorter than NO_LENGTH * sqrt(scale2) it has no direction
+  KINVERSE_INLINE void direction(P& c, P& s, P scale2, int slot) {
+    P n2 = c * c + s * s;
+    Mask<W> none = !(n2 > P(NO_LENGTH * NO_LENGTH) * scale2);
+    P k = P(1.0) / sqrt(n2);
+    c = select(none, free_cos[slot], c * k);
+    s = select(none, free_sin[slot], s * k);
+    singular = singular | none;
+    if (__builtin_expect(any(none), 0)) singular_slots |= 1u << slot;
+  }
+  KINVERSE_INLINE P cosine(P c) { return max(min(c, P(1.0)), P(-1.0)); }
+  KINVERSE_INLINE void equation(P, double) {}
+  KINVERSE_INLINE P angle(P s, P c) { return atan2(s, c); }
+};
+
+struct IntervalContext {
+  using P = Interval;
+  bool possible = true;
+
+  Interval root(Interval discriminant, Interval) {
+    if (discriminant.hi < 0.0) possible = false;
+    return root_of(discriminant);
+  }
+  void direction(Interval& c, Interval& s, Interval, int) {
+    Interval n = root_of(squared(c) + squared(s));
+    auto within_one = [](Interval x) { return Interval(x.lo > -1.0 ? x.lo : -1.0, x.hi < 1.0 ? x.hi : 1.0); };
+    c = n.lo > 0.0 ? within_one(quotient(c, n)) : Interval(-1.0, 1.0);
+    s = n.lo > 0.0 ? within_one(quotient(s, n)) : Interval(-1.0, 1.0);
+  }
+  Interval cosine(Interval c) {
+    if (c.lo > 1.0 || c.hi < -1.0) possible = false;
+    auto clamped = [](double x) { return x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x; };
+    return {clamped(c.lo), clamped(c.hi)};
+  }
+  void equation(Interval value, double expected) {
+    if (!value.contains(expected)) possible = false;
+  }
+  Interval angle(Interval, Interval) { return Interval(0.0); }
+};
+
+template <class P>
+struct Angle {
+  P c, s;
+};
+
+// a cos t + b sin t = k: the root with the given sign; `root` is  a sin t - b cos t . a and b are of
+// the order of sqrt(size2).
+template <class P, class Context>
+KINVERSE_INLINE Angle<P> solve_linear(Context& context, P a, P b, P k, P sign, P size2, int slot, P& root) {
+  P n2 = squared(a) + squared(b);
+  root = sign * context.root(n2 - squared(k), n2);
+  P c = a * k - b * root, s = b * k + a * root;
+  context.direction(c, s, n2 * size2, slot);
+  return {c, s};
+}
+
+// Rz(first) [ (a, 0) + Rz(second) (b, 0) ] = (u, v)
+template <class P, class Context>
+KINVERSE_INLINE void two_link(Context& context, P u, P v, P a, P b, P sign, P size2, int slot, Angle<P>& first,
+                              Angle<P>& second) {
+  P r2 = squared(u) + squared(v);
+  P c = quotient(r2 - squared(a) - squared(b), P(P(2.0) * a * b));
+  P s = sign * context.root((P(1.0) - c) * (P(1.0) + c), P(1.0));
+  c = context.cosine(c);  // out of reach: the arm stretched or folded towards the target
+  P x = a + b * c, y = b * s;
+  P fc = u * x + v * y, fs = v * x - u * y;
+  context.direction(fc, fs, r2 * size2, slot);
+  first = {fc, fs};
+  second = {c, s};
+}
+
+}  // namespace kinverse::KINVERSE_ISA

@@ -1,0 +1,145 @@
+// The verified answer for N poses: flat arrays, M solutions in all. The only thing solvers return.
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "chain.hpp"
+
+namespace kinverse {
+
+// A growing array that is not cleared when it grows.
+template <class T>
+class Buffer {
+ public:
+  Buffer() = default;
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Buffer() { std::free(data_); }
+
+  const T* data() const { return data_; }
+  long size() const { return size_; }
+  const T& operator[](long i) const { return data_[i]; }
+  // room for `more` entries at the end; commit what was written
+  T* reserve(long more) {
+    if (size_ + more > capacity_) grow(size_ + more);
+    return data_ + size_;
+  }
+  void commit(long more) { size_ += more; }
+  void push(T value) {
+    *reserve(1) = value;
+    ++size_;
+  }
+  void append(const T* from, long count) {
+    if (count) std::memcpy(reserve(count), from, sizeof(T) * static_cast<size_t>(count));
+    size_ += count;
+  }
+
+ private:
+  void swap(Buffer& other) {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+  void grow(long least) {
+    long wanted = capacity_ * 2 > least ? capacity_ * 2 : least;
+    void* grown = std::realloc(data_, sizeof(T) * static_cast<size_t>(wanted));
+    if (!grown) throw std::bad_alloc();
+    data_ = static_cast<T*>(grown);
+    capacity_ = wanted;
+  }
+  T* data_ = nullptr;
+  long size_ = 0, capacity_ = 0;
+};
+
+struct Solution {
+  const double* q;
+  double position_error, rotation_error;
+  int branch;
+  long stride;  // between the joint values
+};
+
+class Table {
+ public:
+  Table(int dof, long poses, long expected_solutions) : dof_(dof) {
+    status.reserve(poses);
+    count.reserve(poses);
+    singular.reserve(poses);
+    q.reserve(expected_solutions * dof);
+    pose_index.reserve(expected_solutions);
+    position_error.reserve(expected_solutions);
+    rotation_error.reserve(expected_solutions);
+    branch.reserve(expected_solutions);
+  }
+
+  int dof() const { return dof_; }
+  long poses() const { return status.size(); }
+  long solutions() const { return branch.size(); }
+
+  // Poses come one after another: their solutions, then the end of the pose.
+  void add(const Solution& s) {
+    double* to = q.reserve(dof_);
+    for (int j = 0; j < dof_; ++j) to[j] = s.q[j * s.stride];
+    q.commit(dof_);
+    pose_index.push(status.size());
+    position_error.push(s.position_error);
+    rotation_error.push(s.rotation_error);
+    branch.push(s.branch);
+    ++open_;
+  }
+  void end_pose(Status unsolved, bool is_singular) {
+    status.push(static_cast<std::uint8_t>(open_ ? Status::solved : unsolved));
+    count.push(open_);
+    singular.push(is_singular);
+    open_ = 0;
+  }
+  // the nearest miss of a pose without solutions, before its end
+  void add_best(const Solution& s) {
+    best_pose.push(status.size());
+    double* to = best_q.reserve(dof_);
+    for (int j = 0; j < dof_; ++j) to[j] = s.q[j * s.stride];
+    best_q.commit(dof_);
+    best_position_error.push(s.position_error);
+    best_rotation_error.push(s.rotation_error);
+  }
+  // Another table's poses behind these.
+  void append(const Table& other) {
+    for (long k = 0; k < other.pose_index.size(); ++k) pose_index.push(other.pose_index[k] + poses());
+    for (long k = 0; k < other.best_pose.size(); ++k) best_pose.push(other.best_pose[k] + poses());
+    auto join = [](auto& to, const auto& from) { to.append(from.data(), from.size()); };
+    join(q, other.q);
+    join(position_error, other.position_error);
+    join(rotation_error, other.rotation_error);
+    join(branch, other.branch);
+    join(count, other.count);
+    join(best_q, other.best_q);
+    join(best_position_error, other.best_position_error);
+    join(best_rotation_error, other.best_rotation_error);
+    join(singular, other.singular);
+    join(evaluations, other.evaluations);
+    join(status, other.status);
+    for (size_t c = 0; c < columns.size(); ++c) join(columns[c].second, other.columns[c].second);
+  }
+
+  Buffer<double> q, position_error, rotation_error, best_q, best_position_error, best_rotation_error;
+  Buffer<std::int64_t> pose_index, count, best_pose;
+  Buffer<std::int64_t> evaluations;  // per pose; empty: evaluations_each for every pose
+  Buffer<std::int32_t> branch;
+  Buffer<std::uint8_t> status, singular;
+  std::vector<std::pair<std::string, Buffer<std::int64_t>>> columns;  // what a method counts besides
+  std::int64_t evaluations_each = 0;
+
+ private:
+  int dof_;
+  std::int64_t open_ = 0;
+};
+
+}  // namespace kinverse

@@ -1,0 +1,52 @@
+// Candidates in, verified solutions out: for every solver the same.
+#pragma once
+
+#include <vector>
+
+#include "owned_chain.hpp"
+#include "table.hpp"
+
+namespace kinverse {
+
+// How the answers of a pose are chosen.
+struct Choice {
+  Task task = Task::pose;
+  double tol_position = 1e-6, tol_rotation = 1e-6;
+  bool all_windings = false;
+  bool hold_limits = true;
+};
+
+// Joint values to be near to: none, one row for all poses, or one row a pose.
+struct Seeds {
+  const double* rows = nullptr;
+  bool shared = false;
+  const double* of(long pose, int dof) const { return rows ? rows + (shared ? 0 : pose * dof) : nullptr; }
+  Seeds from(long pose, int dof) const { return {of(pose, dof), shared}; }
+};
+
+struct Candidate {
+  std::vector<double> q;
+  double position_error, rotation_error;
+  int branch;
+  bool inside, verified;
+};
+
+// What windings are nearest to: the seed, inside the limits if these hold, else their middle.
+std::vector<double> winding_reference(const Chain& chain, const double* seed, bool hold_limits);
+
+// Keeps the verified candidates of one pose that lie inside the limits, one of each set closer than
+// 1e-6, ordered by the largest joint distance to the seed (else by branch), and ends the pose.
+// `unsolved` is its status if there is no verified candidate at all.
+void finish_pose(const Chain& chain, const Choice& choice, std::vector<Candidate>& candidates, const double* seed,
+                 Status unsolved, bool singular, Table& table);
+
+// T (poses, 16); candidates q (count, dof) for the poses in pose_index; branch (count); hint (poses).
+Table verify(const Chain& chain, const Choice& choice, const double* T, long poses, const double* q,
+             const std::int64_t* pose_index, const std::int32_t* branch, long count, const std::uint8_t* hint,
+             const Seeds& seeds);
+
+// Copies of the poses with rotations brought to the nearest rotation where they need it; returns
+// nullptr if all are usable as they stand. `bad` is the first pose that cannot be used, or -1.
+std::vector<double> usable_poses(const double* T, long count, long& bad);
+
+}  // namespace kinverse
