@@ -189,14 +189,15 @@ def _why_not_rigid(T: Array) -> str:
 
 # ---------------------------------------------------------------------------- constructors
 def cos_sin(angle: ArrayLike) -> tuple[Array, Array]:
-    """Cosine and sine [rad], exactly 0 or +-1 within 1e-12 of a multiple of pi/2.
+    """Cosine and sine [rad], exactly 0 or +-1 within 1e-12 of a multiple of pi/2 other than 0.
 
-    Robot files hold right angles in six to sixteen digits; snapping them keeps zero entries of a
-    robot's fixed transforms zero, which is what closed forms look for.
+    Robot files hold right angles in twelve to sixteen digits; snapping them keeps zero entries of
+    a robot's fixed transforms zero, which is what closed forms look for. Near 0 nothing is
+    snapped: a small rotation stays what it is.
     """
     angle = np.asarray(angle, dtype=np.float64)
     quarter = np.round(angle / (np.pi / 2))
-    exact = np.abs(angle - quarter * (np.pi / 2)) <= 1e-12
+    exact = (np.abs(angle - quarter * (np.pi / 2)) <= 1e-12) & (quarter != 0.0)
     turn = np.mod(quarter, 4).astype(np.int64)
     c = np.where(exact, np.array([1.0, 0.0, -1.0, 0.0])[turn], np.cos(angle))
     s = np.where(exact, np.array([0.0, 1.0, 0.0, -1.0])[turn], np.sin(angle))
