@@ -1,0 +1,149 @@
+"""The benchmark's own instruments: its oracle, its cases, its clock, its verdicts."""
+
+import json
+
+import numpy as np
+import pytest
+
+import kinverse as kv
+import oracle as second
+from kinverse.bench import cases, geometry, report, run
+from kinverse.bench import oracle as first
+from kinverse.bench.report import Line
+from kinverse.bench.run import Spread
+from kinverse.load import names
+
+CLOSED = ["kr16", "puma560", "ur5", "irb1400", "rx160l", "pioneer2", "irb6", "planar3r"]
+
+
+@pytest.mark.parametrize("name", names())
+def test_the_oracle_agrees_with_the_tests_own(name):
+    robot = kv.load(name)
+    q, T = cases.reachable(robot, 5)
+    for values, pose in zip(q, T, strict=True):
+        assert np.allclose(second.robot_fk(robot, values), pose, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["kr16", "adept_one", "iiwa14"])
+def test_the_oracles_jacobian_is_the_derivative(name):
+    robot = kv.load(name)
+    q, _ = cases.reachable(robot, 3)
+    J = first.jacobian(robot, q)
+    for k, step in enumerate(1e-6 * np.eye(robot.dof)):
+        ahead, behind = first.pose(robot, q + step), first.pose(robot, q - step)
+        assert np.allclose(J[:, :3, k], (ahead - behind)[:, :3, 3] / 2e-6, atol=1e-8)
+        turn = (
+            (ahead - behind)[:, :3, :3] / 2e-6 @ np.swapaxes(first.pose(robot, q), 1, 2)[:, :3, :3]
+        )
+        spin = np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], axis=1)
+        assert np.allclose(J[:, 3:, k], spin, atol=1e-8)
+
+
+def test_errors_and_wrapping():
+    a = np.array([kv.pose([0, 0, 0]), kv.pose([1, 2, 3], rpy=[0.1, 0, 0])])
+    b = np.array([kv.pose([0, 3, 4], rpy=[0, 0, np.pi]), kv.pose([1, 2, 3], rpy=[0.3, 0, 0])])
+    far, turned = first.errors(a, b)
+    assert np.allclose(far, [5, 0]) and np.allclose(turned, [np.pi, 0.2])
+    robot = kv.load("adept_one")
+    assert first.wrapped(robot, np.array([[2 * np.pi, 0, 0.1, -0.05]]))[0] == pytest.approx(0.1)
+
+
+# ---------------------------------------------------------------------------- cases
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("what", cases.SPECIAL)
+def test_special_cases_are_what_they_say(name, what):
+    robot = kv.load(name)
+    q = cases.SPECIAL[what](robot, 50)
+    if q is None:
+        # small arms have no wrist or shoulder; the IRB 1400's limits keep its elbow bent
+        assert robot.dof < 6 or (name, what) == ("irb1400", "arm stretched")
+        return
+    assert q.shape == (50, robot.dof) and first.inside(robot, q).all()
+    if what in cases.SINGULAR and robot.dof == 6:
+        least = np.linalg.svd(first.jacobian(robot, q), compute_uv=False)[:, -1]
+        assert least.max() < 1e-12
+    if what == "a joint at a limit":
+        assert (q[:, :, None] == robot.limits).any(axis=(1, 2)).all()
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_poses_beyond_the_boundary_cannot_be_reached(name):
+    robot = kv.load(name)
+    arm = geometry.read(robot)
+    assert arm.clearance(cases.reachable(robot, 2000)[1]).max() < 1e-12
+    made = cases.beyond(robot, 50)
+    assert "outer" in made
+    for T in made.values():
+        gap = arm.clearance(T)
+        assert (gap >= 1e-3).all() and (gap <= 50e-3).all()
+        # and no random configuration comes nearer than that
+        q, _ = cases.reachable(robot, 2000, seed=9)
+        reached = arm.point(first.pose(robot, q))
+        nearest = np.linalg.norm(reached[:, None] - arm.point(T)[None], axis=2).min(axis=0)
+        assert (nearest >= gap - 1e-12).all()
+
+
+def test_arms_of_another_build_have_no_reading():
+    assert geometry.read(kv.load("panda")) is None
+    assert cases.beyond(kv.load("panda"), 5) == {}
+
+
+@pytest.mark.parametrize("name", ["puma560", "panda"])
+def test_paths_are_smooth(name):
+    robot = kv.load(name)
+    q = cases.path(robot, 60)
+    assert np.abs(np.diff(q, axis=0)).max() <= 0.02 + 1e-12
+    assert first.inside(robot, q).all()
+
+
+def test_cases_repeat():
+    robot = kv.load("kr16")
+    assert np.array_equal(cases.reachable(robot, 3)[0], cases.reachable(robot, 3)[0])
+    assert not np.array_equal(cases.reachable(robot, 3)[0], cases.reachable(robot, 3, seed=2)[0])
+
+
+# ---------------------------------------------------------------------------- clock and verdicts
+def test_alternate_runs_every_task_each_round():
+    order = []
+    taken = run.alternate({"a": lambda: order.append("a"), "b": lambda: order.append("b")}, 3)
+    assert "".join(order) == "ab" + "ab" + "ba" + "ab"
+    assert {name: len(seconds) for name, seconds in taken.items()} == {"a": 3, "b": 3}
+
+
+def test_latencies_keep_time_and_answers():
+    inputs = [(k,) for k in range(7)]
+    taken, answers = run.latencies({"a": lambda k: k, "b": lambda k: -k}, inputs, block=3)
+    assert answers == {"a": [0, 1, 2, 3, 4, 5, 6], "b": [0, -1, -2, -3, -4, -5, -6]}
+    assert all(len(seconds) == 7 and (seconds >= 0).all() for seconds in taken.values())
+
+
+def test_verdicts_look_at_the_median():
+    def line(figure, bound, least):
+        return Line("s", "r", "w", Spread.of(figure), bound, least)
+
+    assert line([3.0, 1.0, 2.0], 2.0, True).verdict == "PASS"
+    assert line([3.0, 1.0, 2.0], 2.5, True).verdict == "MISS"
+    assert line([3.0, 1.0, 2.0], 1.5, False).verdict == "MISS"
+    assert line([3.0], None, True).verdict == ""
+    assert str(Spread.of([3.0, 1.0, 2.0])) == "2 [1..3]"
+
+
+def test_the_report_is_json_with_machine_and_figures():
+    line = Line("s", "kr16", "w", Spread.exact(1.0), 1.0, note="n")
+    told = json.loads(report.to_json([line], {"quick": True}))
+    assert told["machine"]["kinverse"] and told["settings"] == {"quick": True}
+    assert told["lines"][0]["figure"] == {"median": 1.0, "low": 1.0, "high": 1.0}
+    assert told["lines"][0]["verdict"] == "PASS"
+
+
+@pytest.mark.slow
+def test_the_sections_without_peers_run(tmp_path):
+    from kinverse.bench.__main__ import main
+
+    out = tmp_path / "bench.json"
+    sections = ["closed_form", "singular", "unreachable", "fk_lanes"]
+    flags = [flag for name in sections for flag in ("--section", name)]
+    main([*flags, "--quick", "--json", str(out)])
+    told = json.loads(out.read_text(encoding="utf-8"))["lines"]
+    timed = "lanes against one"
+    assert [row for row in told if row["verdict"] == "MISS" and timed not in row["what"]] == []
