@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from fakes import Newton, Says
 
 import kinverse.solve as solve_module
+from fakes import Newton, Says
 from kinverse.conformance import CHECKS, check_solver, make_case
 from kinverse.errors import InputError
 from kinverse.robot import Robot

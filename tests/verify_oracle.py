@@ -76,13 +76,16 @@ def errors(task, target, found):
 
 
 def _windings(q, near, low, high, revolute, every, ignore):
-    """The windings to try: the nearest one inside the limits where there is one, or all."""
+    """The windings to try: the nearest one inside the limits where there is one, or all of them.
+
+    With the limits ignored there is no end of windings, so only the nearest is tried.
+    """
     choices = []
     for value, at, lo, hi, turns in zip(q, near, low, high, revolute, strict=True):
         k = np.arange(-9, 10) if turns else np.zeros(1)
         wound = value + TURN * k
         inside = wound[(lo - SLACK <= wound) & (wound <= hi + SLACK)]
-        if len(inside) == 0 or (ignore and not every):
+        if len(inside) == 0 or ignore:
             inside = wound[[np.argmin(np.abs(wound - at))]]
         choices.append(inside if every else inside[[np.argmin(np.abs(inside - at))]])
     return np.stack(np.meshgrid(*choices, indexing="ij"), -1).reshape(-1, len(q))

@@ -5,18 +5,24 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 
 from kinverse._core import (
     Chain,
+    ClosedForm,
+    Table,
     instruction_set,
     instruction_sets,
     set_instruction_set,
     set_threads,
     threads,
+    verify,
 )
 
 __all__ = [
     "Chain",
+    "ClosedForm",
+    "Table",
     "instruction_set",
     "instruction_sets",
     "set_instruction_set",
     "set_threads",
     "threads",
+    "verify",
 ]

@@ -125,8 +125,10 @@ def verify_table(
     index = _array("pose_index", proposal.pose_index, np.int64, (count,))
     if count and not (0 <= index.min() and index.max() < poses):
         raise InputError(f"Proposal.pose_index must lie in 0..{poses - 1}")
+    hint = np.full(poses, Status.NOT_FOUND) if proposal.hint is None else np.asarray(proposal.hint)
+    if not np.isin(hint, (Status.UNREACHABLE, Status.NOT_FOUND)).all():
+        raise InputError("Proposal.hint must hold UNREACHABLE or NOT_FOUND: the rest is measured")
     branch = np.full(count, -1) if proposal.branch is None else proposal.branch
-    hint = np.full(poses, Status.NOT_FOUND) if proposal.hint is None else proposal.hint
     table: TableLike = kernels.verify(
         robot.chain,
         task.code,
