@@ -10,7 +10,7 @@ SOURCE := $(shell find src -name '*.py' -o -name '*.toml')
 
 demo: $(VENV)/.demo
 	$(BIN)/kinverse compare kr16 --poses 1000
-	$(BIN)/kinverse solve kr16 --pose 0.9 0.3 1.1 10 100 20 --degrees
+	$(BIN)/kinverse solve kr16 --pose 0.4 0.3 1.9 10 0 20 --degrees
 	$(BIN)/python examples/from_urdf.py
 
 test: $(VENV)/.test

@@ -1,0 +1,93 @@
+"""Every example and every block of the pages runs; what they promise is there."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from kinverse.cli import main
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NOT_HERE = ("pip ", "make ")
+
+
+def blocks(*languages):
+    for page in PAGES:
+        for k, match in enumerate(BLOCK.finditer(page.read_text(encoding="utf-8"))):
+            if match[1] in languages:
+                yield pytest.param(match[2], id=f"{page.name}-{k}")
+
+
+def commands():
+    for block in blocks("console", "bash"):
+        lines = [line.removeprefix("$ ") for line in block.values[0].splitlines()]
+        for line in lines:
+            if line and not line.startswith(NOT_HERE):
+                yield pytest.param(line, id=line)
+
+
+@pytest.mark.parametrize("code", blocks("python"))
+def test_python_blocks_run(code):
+    exec(compile(code, "page", "exec"), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_of_the_pages_run(line, capsys):
+    program, *arguments = shlex.split(line)
+    assert program == "kinverse"
+    assert main(arguments) == 0
+    assert capsys.readouterr().out
+
+
+def test_the_readme_shows_what_its_command_prints(capsys):
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    command = re.search(r"^\$ kinverse (solve .*)$", page, re.MULTILINE)[1]
+    shown = [match[2] for match in BLOCK.finditer(page) if match[1] == "text"][0]
+    main(shlex.split(command))
+    printed = capsys.readouterr().out
+
+    def words(text):
+        # the errors are of the last bit's size and differ between processors
+        return [w for w in text.split() if not re.fullmatch(r"\d\.\de-\d+|0|-?0\.000|[─]+", w)]
+
+    assert words(shown) == words(printed)
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.name)
+def test_examples_run(file):
+    if file.name == "from_urdf.py" and find_spec("compas_fab") is None:
+        pytest.skip("compas-fab is not installed: make test installs it")
+    done = subprocess.run(
+        [sys.executable, "-W", "error", file],
+        capture_output=True, text=True, check=False, env=os.environ | {"PYTHONUTF8": "1"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout and done.stderr == ""
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.name)
+def test_examples_are_short(file):
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= 40
+
+
+def test_links_of_the_pages_lead_somewhere():
+    for page in [*PAGES, ROOT / "CONTRIBUTING.md"]:
+        for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
+            if "://" not in target:
+                assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_version_stands_in_one_place():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert version("kinverse") == project["version"]
+    assert project["version"] in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
