@@ -145,5 +145,5 @@ def test_the_sections_without_peers_run(tmp_path):
     flags = [flag for name in sections for flag in ("--section", name)]
     main([*flags, "--quick", "--json", str(out)])
     told = json.loads(out.read_text(encoding="utf-8"))["lines"]
-    timed = "lanes against one"
+    timed = "packs against one lane"
     assert [row for row in told if row["verdict"] == "MISS" and timed not in row["what"]] == []

@@ -257,5 +257,5 @@ def path(robot: "Robot", count: int = 500, step: float = 0.02, seed: int = 1) ->
         q = middle + np.minimum(size, 0.14 * (high - low)) * shape
         least = np.linalg.svd(oracle.jacobian(robot, q), compute_uv=False)[:, -1]
         if least.min() > 0.03 and oracle.inside(robot, q).all():
-            return q
+            return np.asarray(q)
     raise ValueError(f"no smooth path found for {robot.name}")

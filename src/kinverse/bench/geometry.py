@@ -71,7 +71,7 @@ class Arm:
         from_axis = np.linalg.norm(offset - along[:, None] * self.axis, axis=1)
         if not self.waist:
             gap = np.maximum(from_axis - high, low - from_axis)
-            return np.maximum(gap, 0.0)
+            return np.asarray(np.maximum(gap, 0.0))
         in_plane = from_axis**2 - self.lateral**2
         side = np.sqrt(np.maximum(in_plane, 0.0))
         gaps = []
@@ -79,7 +79,7 @@ class Arm:
             d = np.hypot(radial - self.a1, along - self.height)
             gaps.append(np.maximum(d - high, low - d))
         gap = np.where(in_plane < 0.0, abs(self.lateral) - from_axis, np.minimum(*gaps))
-        return np.maximum(gap, 0.0)
+        return np.asarray(np.maximum(gap, 0.0))
 
 
 def read(robot: "Robot") -> Arm | None:

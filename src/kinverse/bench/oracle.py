@@ -68,7 +68,8 @@ def errors(target: Array, reached: Array) -> tuple[Array, Array]:
 def inside(robot: "Robot", q: Array, slack: float = 1e-9) -> NDArray[np.bool_]:
     """Which rows of q (N, n) are finite and inside the limits."""
     low, high = robot.limits.T
-    return np.all((q >= low - slack) & (q <= high + slack), axis=1)
+    held: NDArray[np.bool_] = ((q >= low - slack) & (q <= high + slack)).all(axis=1)
+    return held
 
 
 def wrapped(robot: "Robot", difference: Array) -> Array:
@@ -77,4 +78,4 @@ def wrapped(robot: "Robot", difference: Array) -> Array:
     for i, kind in enumerate(robot.kinds):
         slides[robot.source[i]] |= kind == "P"
     turned = np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
-    return np.where(slides, np.abs(difference), turned).max(axis=1)
+    return np.asarray(np.where(slides, np.abs(difference), turned).max(axis=1))

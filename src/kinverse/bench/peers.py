@@ -116,7 +116,8 @@ class OptIK:
 
 
 def _check(peer: "Eaik | Rtb | OptIK", robot: "Robot") -> None:
-    q = np.random.default_rng(5).uniform(*robot.limits.T, (20, robot.dof))
+    low, high = robot.limits.T
+    q = np.random.default_rng(5).uniform(low, high, (20, robot.dof))
     for values, T in zip(q, oracle.pose(robot, q), strict=True):
         off = np.abs(peer.fk(values) - T).max()
         if not off <= 1e-9:

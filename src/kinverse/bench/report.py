@@ -64,7 +64,6 @@ def machine() -> dict[str, object]:
         "numpy": version("numpy"),
         "kinverse": version("kinverse"),
         "instruction_set": kernels.instruction_set(),
-        "lanes": kernels.lanes(),
         "threads": kernels.threads(),
         "peers": installed(),
     }
