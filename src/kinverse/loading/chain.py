@@ -67,6 +67,9 @@ def assemble(
     """
     if not joints:
         raise ModelError(f"{where}: no joint moves between base and tip")
+    names = [joint.name for joint in joints]
+    if len(set(names)) != len(names):
+        raise ModelError(f"{where}: joint names must differ, got {', '.join(names)}")
     free = [joint.name for joint in joints if joint.driver is None]
     limits = {joint.name: joint.limits for joint in joints if joint.driver is None}
     frames, back = [], np.eye(4)

@@ -113,6 +113,9 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
             joint.multiplier = _number(mimic.get("multiplier", 1.0), f"{here}: mimic.multiplier")
             joint.offset = unit(mimic.get("offset", 0.0), f"{here}: mimic.offset")
         moving.append(joint)
+    named = [joint.name for joint in moving]
+    if len(set(named)) != len(named):
+        raise ModelError(f"{where}: joint names must differ, got {', '.join(named)}")
     free = [joint.name for joint in moving if joint.driver is None]
     for joint in moving:
         if joint.driver is not None and joint.driver not in free:
