@@ -10,14 +10,20 @@ namespace {
 
 constexpr double TWO_PI = 6.28318530717958647693;
 
+// A bit for each branch of one pose.
+struct Found {
+  unsigned exact, verified, inside;
+};
+
 // One pass over a part of the poses.
 class Pass {
  public:
-  Pass(const Chain& chain, const ClosedFormSpec& spec, const Choice& choice, Table& table)
+  Pass(const Chain& chain, const ClosedFormSpec& spec, double exact, const Choice& choice, Table& table)
       : chain_(chain),
         spec_(spec),
         choice_(choice),
-        tolerances_{choice.tol_position, choice.tol_rotation, choice.hold_limits},
+        tolerances_{choice.tol_position, choice.tol_rotation, std::min(exact, choice.tol_position),
+                    std::min(exact, choice.tol_rotation), choice.hold_limits},
         kernels_(active_kernels()),
         middle_(winding_reference(chain, nullptr, true)),
         table_(table) {}
@@ -35,23 +41,23 @@ class Pass {
       }
       kernels_.closed_form_poses(chain_, spec_, tolerances_, rows, references, nullptr, block);
       for (int l = 0; l < lanes; ++l) {
-        unsigned verified = 0, inside = 0;
+        Found found{};
         for (int b = 0; b < spec_.branches; ++b) {
-          verified |= (block.verified[b] >> l & 1u) << b;
-          inside |= (block.inside[b] >> l & 1u) << b;
+          found.exact |= (block.exact[b] >> l & 1u) << b;
+          found.verified |= (block.verified[b] >> l & 1u) << b;
+          found.inside |= (block.inside[b] >> l & 1u) << b;
         }
         const bool flagged = ((block.near | block.singular) >> l & 1u) != 0;
         const bool singular = (block.singular >> l & 1u) != 0;
-        finish(rows[l], seeds.of(pose + l, chain_.dof), &block.value[0][0][l], 8 * WIDEST, verified, inside, flagged, singular,
-               block.singular_slots);
+        finish(rows[l], seeds.of(pose + l, chain_.dof), &block.value[0][0][l], 8 * WIDEST, found, flagged, singular ? block.singular_slots : 0u);
       }
     }
     for (; pose < poses; ++pose) {
       const double* row = T + 16 * pose;
       const double* seed = seeds.of(pose, chain_.dof);
       kernels_.closed_form_pose(chain_, spec_, tolerances_, row, reference(seed, clamped[0]), block);
-      finish(row, seed, &block.value[0][0][0], 1, block.verified[0], block.inside[0], (block.near | block.singular) != 0,
-             block.singular != 0, block.singular_slots);
+      finish(row, seed, &block.value[0][0][0], 1, {block.exact[0], block.verified[0], block.inside[0]},
+             (block.near | block.singular) != 0, block.singular ? block.singular_slots : 0u);
     }
   }
 
@@ -61,7 +67,7 @@ class Pass {
     std::vector<double> storage;
     kernels_.closed_form_pose(chain_, spec_, tolerances_, T, reference(seed, storage), block);
     singular = block.singular != 0;
-    return all_branches(T, seed, &block.value[0][0][0], 1, block.verified[0], block.inside[0],
+    return all_branches(T, seed, &block.value[0][0][0], 1, {block.exact[0], block.verified[0], block.inside[0]},
                         singular ? block.singular_slots : 0u);
   }
   bool is_unreachable(const double* T) const { return kernels_.closed_form_unreachable(spec_, tolerances_, T); }
@@ -79,19 +85,19 @@ class Pass {
     return {q, q[chain_.dof * WIDEST], q[(chain_.dof + 1) * WIDEST], branch, WIDEST};
   }
 
-  void finish(const double* T, const double* seed, const double* value, long step, unsigned verified, unsigned inside,
-              bool flagged, bool singular, unsigned slots) {
-    const unsigned usable = choice_.hold_limits ? verified & inside : verified;
+  void finish(const double* T, const double* seed, const double* value, long step, Found found, bool flagged,
+              unsigned singular_slots) {
+    const unsigned usable = choice_.hold_limits ? found.exact & found.inside : found.exact;
     if (usable && !flagged) {
       add_sorted(seed, value, step, usable);
       table_.end_pose(Status::solved, false);
       return;
     }
-    std::vector<Candidate> candidates = all_branches(T, seed, value, step, verified, inside, singular ? slots : 0u);
+    std::vector<Candidate> candidates = all_branches(T, seed, value, step, found, singular_slots);
     Status unsolved = Status::not_found;
     const bool any = std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.verified; });
     if (!any && is_unreachable(T)) unsolved = Status::unreachable;
-    finish_pose(chain_, choice_, candidates, seed, unsolved, singular && any, table_);
+    finish_pose(chain_, choice_, candidates, seed, unsolved, singular_slots && any, table_);
   }
 
   // Distinct branches: by branch, or by their distance to the seed.
@@ -115,13 +121,14 @@ class Pass {
     for (int k = 0; k < count; ++k) table_.add(solution(value, step, order[k]));
   }
 
-  std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step,
-                                      unsigned verified, unsigned inside, unsigned singular_slots) const {
+  std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step, Found found,
+                                      unsigned singular_slots) const {
     if (singular_slots)
       return representatives(T, winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
+    const unsigned verified = found.exact ? found.exact : found.verified;
     std::vector<Candidate> candidates;
     for (int b = 0; b < spec_.branches; ++b)
-      candidates.push_back(candidate(solution(value, step, b), (verified >> b & 1u) != 0, (inside >> b & 1u) != 0));
+      candidates.push_back(candidate(solution(value, step, b), (verified >> b & 1u) != 0, (found.inside >> b & 1u) != 0));
     return candidates;
   }
 
@@ -243,7 +250,7 @@ Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Cho
   split_over_threads(poses, 512, [&](long first, long last, long part) {
     Table& table = parts[static_cast<size_t>(part)];
     table = Table(dof, last - first, (last - first) * spec_.branches);
-    Pass(chain_.view(), spec_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
+    Pass(chain_.view(), spec_, exact_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
   });
   for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
   parts[0].evaluations_each = spec_.branches;
@@ -253,7 +260,7 @@ Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Cho
 void Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q,
                        std::uint8_t* hint, std::uint8_t* singular) const {
   Table unused(spec_.dof, 0, 0);
-  Pass pass(chain_.view(), spec_, choice, unused);
+  Pass pass(chain_.view(), spec_, exact_, choice, unused);
   for (long pose = 0; pose < poses; ++pose) {
     const double* seed = seeds.of(pose, spec_.dof);
     bool is_singular = false;

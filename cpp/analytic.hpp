@@ -8,7 +8,9 @@ namespace kinverse {
 
 class Analytic {
  public:
-  Analytic(OwnedChain chain, const ClosedFormSpec& spec) : chain_(std::move(chain)), spec_(spec) {}
+  // `exact`: the error [m, rad] that rounding, and the fit of the closed form to the chain, explain.
+  Analytic(OwnedChain chain, const ClosedFormSpec& spec, double exact)
+      : chain_(std::move(chain)), spec_(spec), exact_(exact) {}
 
   const OwnedChain& chain() const { return chain_; }
   const ClosedFormSpec& spec() const { return spec_; }
@@ -22,6 +24,7 @@ class Analytic {
  private:
   OwnedChain chain_;
   ClosedFormSpec spec_;
+  double exact_;
 };
 
 }  // namespace kinverse

@@ -214,7 +214,7 @@ struct ClosedForm {
 ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, bool reversed, bool perpendicular_wrist,
                             In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
                             In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position,
-                            double tol_rotation, bool ignore_limits) {
+                            double tol_rotation, bool ignore_limits, double exact) {
   const size_t dof = static_cast<size_t>(chain.dof());
   require(dof <= 6 && chain.joints() == chain.dof(), "a closed form has at most six joints and no mimic joints");
   require(family >= 0 && family <= static_cast<int>(Family::scara), "unknown family");
@@ -245,7 +245,7 @@ ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, b
   }
   std::copy_n(base_inverse.data(), 12, spec.base_inverse);
   std::copy_n(tool_inverse.data(), 12, spec.tool_inverse);
-  return {Analytic(chain, spec), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
+  return {Analytic(chain, spec, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
 }
 
 Table* solve_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
@@ -357,13 +357,13 @@ NB_MODULE(_core, m) {
            [](ClosedForm* self, const OwnedChain& chain, int family, int regional, bool reversed,
               bool perpendicular_wrist, In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
               In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position, double tol_rotation,
-              bool ignore_limits) {
+              bool ignore_limits, double exact) {
              new (self) ClosedForm(make_closed_form(chain, family, regional, reversed, perpendicular_wrist, links,
                                                     base_inverse, tool_inverse, joint, sign, offset, tol_position,
-                                                    tol_rotation, ignore_limits));
+                                                    tol_rotation, ignore_limits, exact));
            },
            "chain"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a, "links"_a, "base_inverse"_a,
-           "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a)
+           "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
       .def("solve", &solve_closed_form, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("propose", &propose_closed_form, "T"_a, "q_seed"_a.none() = nb::none());

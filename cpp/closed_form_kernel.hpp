@@ -7,9 +7,14 @@
 
 namespace kinverse::KINVERSE_ISA {
 
-// theta of one branch -> verified joint values, stored in row `row` of the block
 template <int W>
-KINVERSE_INLINE Checked<W> store_branch(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
+struct StoredBranch {
+  unsigned exact, verified, inside;
+};
+
+// theta of one branch -> joint values with their errors, stored from lane first_lane on
+template <int W>
+KINVERSE_INLINE StoredBranch<W> store_branch(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
                                         const Frame<Pack<W>>& target, const Pack<W>* theta, const Pack<W>* reference,
                                         double (*value)[WIDEST], int first_lane) {
   using P = Pack<W>;
@@ -23,7 +28,9 @@ KINVERSE_INLINE Checked<W> store_branch(const Chain& chain, const ClosedFormSpec
   for (int j = 0; j < spec.dof; ++j) store(value[j] + first_lane, q[j]);
   store(value[spec.dof] + first_lane, checked.position_error);
   store(value[spec.dof + 1] + first_lane, checked.rotation_error);
-  return checked;
+  const Mask<W> exact = (checked.position_error <= P(tolerances.exact_position)) &
+                        (checked.rotation_error <= P(tolerances.exact_rotation));
+  return {lane_bits(exact), lane_bits(checked.verified), lane_bits(checked.inside)};
 }
 
 template <class Model>
@@ -49,9 +56,10 @@ void solve_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerance
     for (int i = 0; i < spec.dof; ++i) theta[number][i] = t[i];
   });
   for (int b = 0; b < spec.branches; ++b) {
-    Checked<W> checked = store_branch<W>(chain, spec, tolerances, target, theta[b], reference, block.value[b], 0);
-    block.verified[b] = lane_bits(checked.verified);
-    block.inside[b] = lane_bits(checked.inside);
+    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta[b], reference, block.value[b], 0);
+    block.exact[b] = stored.exact;
+    block.verified[b] = stored.verified;
+    block.inside[b] = stored.inside;
   }
   block.near = lane_bits(context.near);
   block.singular = lane_bits(context.singular);
@@ -66,16 +74,17 @@ void solve_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances
   const Frame<P> target = constant_frame<P>(T);
   P reference[6];
   for (int j = 0; j < spec.dof; ++j) reference[j] = P(reference_row[j]);
-  block.verified[0] = block.inside[0] = block.near = block.singular = block.singular_slots = 0;
+  block.exact[0] = block.verified[0] = block.inside[0] = block.near = block.singular = block.singular_slots = 0;
   for (int first = 0; first < spec.branches; first += W) {
     LaneContext<W> context;
     P theta[6];
     numbered_branches<Model>(spec, context, target, first, theta);
-    Checked<W> checked = store_branch<W>(chain, spec, tolerances, target, theta, reference, block.value[0], first);
+    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta, reference, block.value[0], first);
     // an arm with fewer branches than lanes repeats them
     const unsigned used = spec.branches - first < W ? (1u << (spec.branches - first)) - 1u : ~0u;
-    block.verified[0] |= (lane_bits(checked.verified) & used) << first;
-    block.inside[0] |= (lane_bits(checked.inside) & used) << first;
+    block.exact[0] |= (stored.exact & used) << first;
+    block.verified[0] |= (stored.verified & used) << first;
+    block.inside[0] |= (stored.inside & used) << first;
     block.near |= lane_bits(context.near) & used;
     block.singular |= lane_bits(context.singular) & used;
     block.singular_slots |= context.singular_slots;

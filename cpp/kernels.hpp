@@ -11,8 +11,11 @@ constexpr int WIDEST = 8;  // lanes of the widest instruction set
 // What a pose matrix was found to be.
 enum class PoseVerdict : std::uint8_t { exact, inexact, not_finite, not_rigid, bad_last_row };
 
+// A closed form is exact to rounding, so a branch whose error is far above that (`exact`) is one that
+// just misses: it counts only for a pose that has no exact branch.
 struct Tolerances {
   double position, rotation;
+  double exact_position, exact_rotation;
   bool hold_limits;
 };
 
@@ -21,6 +24,7 @@ struct Tolerances {
 // the joints, then the position error and the rotation error.
 struct BranchBlock {
   alignas(64) double value[MAX_BRANCHES][8][WIDEST];
+  unsigned exact[MAX_BRANCHES];
   unsigned verified[MAX_BRANCHES];
   unsigned inside[MAX_BRANCHES];
   unsigned near;            // two branches may be one solution

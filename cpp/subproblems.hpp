@@ -15,6 +15,8 @@ constexpr int FREE_SLOTS = 4;
 
 // Two roots closer than this (squared sine) may be one solution: duplicates are looked for.
 constexpr double NEAR_ROOT = 1e-11;
+// A discriminant below minus this is no root at all: nothing verified can come of it.
+constexpr double LOST_ROOT = 1e-6;
 // A vector shorter than this times the size of the arm has no direction.
 constexpr double NO_LENGTH = 1e-10;
 
@@ -28,7 +30,7 @@ struct LaneContext {
   P free_sin[FREE_SLOTS] = {P(0.0), P(0.0), P(0.0), P(0.0)};
 
   KINVERSE_INLINE P root(P discriminant, P scale) {
-    near = near | (discriminant < P(NEAR_ROOT) * scale);
+    near = near | ((discriminant < P(NEAR_ROOT) * scale) & (discriminant > P(-LOST_ROOT) * scale));
     return sqrt(max(discriminant, P(0.0)));
   }
   // (c, s) to unit length; shorter than NO_LENGTH * sqrt(scale2) it has no direction
