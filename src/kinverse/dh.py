@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 
-__all__ = ["CONVENTIONS", "frames", "motion", "row_parts"]
+__all__ = ["CONVENTIONS", "frames", "motion"]
 
 Array = NDArray[np.float64]
 
@@ -18,15 +18,15 @@ def motion(kind: str, value: float) -> Array:
     if kind == "P":
         return se3.transform(None, (0.0, 0.0, value))
     c, s = se3.cos_sin(value)
-    return se3.transform([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return se3.transform(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
-def row_parts(
-    a: float, d: float, alpha: float, theta: float, convention: str
-) -> tuple[Array, Array]:
+def _row_parts(row: list[float], convention: str) -> tuple[Array, Array]:
     """Fixed transforms before and after the motion of one row [m, rad]."""
+    a, d, alpha, theta = row
     c, s = se3.cos_sin(alpha)
-    link = se3.transform([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], (a, 0.0, 0.0))
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    link = se3.transform(turn, (a, 0.0, 0.0))
     joint = motion("R", theta) @ motion("P", d)
     return (np.eye(4), joint @ link) if convention == "standard" else (link, joint)
 
@@ -67,8 +67,8 @@ def frames(
             raise InputError(f"{name} must be finite, got {column.tolist()}")
         columns.append(np.broadcast_to(column, rows))
     out, kinds, before = [], "", np.eye(4) if base is None else base
-    for kind, *values in zip(joints, *columns, strict=True):
-        pre, post = row_parts(*values, convention)
+    for kind, row in zip(joints, np.stack(columns, axis=1).tolist(), strict=True):
+        pre, post = _row_parts(row, convention)
         before = before @ pre
         if kind != "F":
             out.append(before)

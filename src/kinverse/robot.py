@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinverse import dh, se3
+from kinverse import dh, kernels, se3
 from kinverse.errors import InputError
 
 __all__ = ["LIMIT_SLACK", "Robot"]
@@ -177,8 +177,6 @@ class Robot:
     @cached_property
     def chain(self) -> Any:
         """The native chain, made once."""
-        from kinverse import kernels
-
         prismatic = np.array([kind == "P" for kind in self.kinds], dtype=np.uint8)
         return kernels.Chain(
             self.frames, prismatic, self.source, self.multiplier, self.offset, self.limits

@@ -150,7 +150,8 @@ def as_pose(T: Any, name: str = "T") -> Array:
     array = as_poses(T, name)
     if len(array) != 1:
         raise InputError(f"{name} must be one (4, 4) pose, got {len(array)} poses")
-    return array[0]
+    single: Array = array[0]
+    return single
 
 
 def _is_rigid(rows: list[list[float]]) -> bool:

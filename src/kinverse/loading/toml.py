@@ -87,7 +87,8 @@ def read_toml(data: bytes, where: str, stem: str) -> Robot:
     rows = table.get("rows")
     if not isinstance(rows, list) or not rows:
         raise ModelError(f"{where}: rows must be a list of at least one row")
-    joints, moving = "", []
+    joints = ""
+    moving: list[_Row] = []
     values: dict[str, list[float]] = {"a": [], "d": [], "alpha": [], "theta": []}
     for number, row in enumerate(rows, start=1):
         here = f"{where}: row {number}"

@@ -54,7 +54,7 @@ def read_urdf(root: Element, where: str, stem: str, base: str | None, tip: str |
     """
     links = _links(root, where)
     joints = _joints(root, links, where)
-    above = {}
+    above: dict[str, Joint] = {}
     for joint in joints.values():
         if joint.child in above:
             first = above[joint.child].name
