@@ -228,7 +228,7 @@ class Robot:
     def random(
         self,
         size: int | tuple[int, ...] | None = None,
-        rng: int | np.random.Generator | None = None,
+        rng: "int | np.random.Generator | None" = None,  # quoted: np.random loads when touched
     ) -> Array:
         """Joint values drawn uniformly inside the limits.
 
