@@ -69,8 +69,7 @@ KINVERSE_INLINE Forearm forearm(const ClosedFormSpec& spec) {
 }
 
 template <class P, class Context>
-KINVERSE_INLINE Shoulder<P> place_first(const ClosedFormSpec& spec, Context& context, Vec3<P> w, P sign) {
-  Shoulder<P> arm{};
+KINVERSE_INLINE void place_first(const ClosedFormSpec& spec, Context& context, Vec3<P> w, P sign, Shoulder<P>& arm) {
   const Forearm f = forearm(spec);
   const double f2 = f.x * f.x + f.y * f.y + f.z * f.z;
   const double a1 = spec.a[0], a2 = spec.a[1], d2 = spec.d[1];
@@ -113,12 +112,11 @@ KINVERSE_INLINE Shoulder<P> place_first(const ClosedFormSpec& spec, Context& con
     v = back_x(Vec3<P>{v.x - P(a1), v.y, v.z}, spec, 0);
     arm.w = {v.x, v.y, v.z - P(d2)};
   }
-  return arm;
 }
 
+// Overwrites what the other sign left, and nothing that place_first found.
 template <class P, class Context>
-KINVERSE_INLINE Shoulder<P> place_second(const ClosedFormSpec& spec, Context& context, Vec3<P> w, Shoulder<P> arm,
-                                         P sign) {
+KINVERSE_INLINE void place_second(const ClosedFormSpec& spec, Context& context, Vec3<P> w, P sign, Shoulder<P>& arm) {
   const Forearm f = forearm(spec);
   const double c1 = spec.cos_alpha[0], s1 = spec.sin_alpha[0], c2 = spec.cos_alpha[1], s2 = spec.sin_alpha[1];
   const P size2(spec.size * spec.size);
@@ -174,7 +172,6 @@ KINVERSE_INLINE Shoulder<P> place_second(const ClosedFormSpec& spec, Context& co
       break;
     }
   }
-  return arm;
 }
 
 // ---- three joints that turn a hand --------------------------------------------------------------
@@ -263,6 +260,7 @@ KINVERSE_INLINE Wrist<P> solve_short_wrist(const ClosedFormSpec& spec, Context& 
 
 // ---- the families -------------------------------------------------------------------------------
 
+// Each stage overwrites what it left for the other sign, and nothing that an earlier stage found.
 template <class P>
 struct State {
   Shoulder<P> arm;
@@ -274,15 +272,14 @@ struct State {
 struct SphericalWristModel {
   static constexpr int stages = 3;
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign) {
-    State<P> s{};
-    s.arm = place_first(spec, context, e.point, sign);
-    return s;
+  static KINVERSE_INLINE void first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    State<P>& s) {
+    place_first(spec, context, e.point, sign, s.arm);
   }
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> second(const ClosedFormSpec& spec, Context& context, const Elements<P>& e,
-                                         State<P> s, P sign) {
-    s.arm = place_second(spec, context, e.point, s.arm, sign);
+  static KINVERSE_INLINE void second(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                     State<P>& s) {
+    place_second(spec, context, e.point, sign, s.arm);
     s.x = e.x;
     s.z = e.z;
     for (int i = 0; i < 3; ++i) {
@@ -290,48 +287,44 @@ struct SphericalWristModel {
       s.z = past_joint(s.z, spec, i, s.arm.t[i]);
       s.theta[i] = s.arm.theta[i];
     }
-    return s;
   }
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> third(const ClosedFormSpec& spec, Context& context, State<P> s, P sign) {
+  static KINVERSE_INLINE void third(const ClosedFormSpec& spec, Context& context, P sign, State<P>& s) {
     s.wrist = solve_wrist(spec, context, 3, s.x, s.z, sign);
     for (int i = 0; i < 3; ++i) s.theta[3 + i] = s.wrist.theta[i];
-    return s;
   }
 };
 
 struct TwoAxisWristModel {
   static constexpr int stages = 2;
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign) {
-    return SphericalWristModel::first(spec, context, e, sign);
+  static KINVERSE_INLINE void first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    State<P>& s) {
+    place_first(spec, context, e.point, sign, s.arm);
   }
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> second(const ClosedFormSpec& spec, Context& context, const Elements<P>& e,
-                                         State<P> s, P sign) {
-    s = SphericalWristModel::second(spec, context, e, s, sign);
+  static KINVERSE_INLINE void second(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                     State<P>& s) {
+    SphericalWristModel::second(spec, context, e, sign, s);
     s.wrist = solve_short_wrist(spec, context, 3, s.x, s.z);
     s.theta[3] = s.wrist.theta[0];
     s.theta[4] = s.wrist.theta[1];
-    return s;
   }
 };
 
 // Joint 1 from the point on axes 5 and 6, then the columns seen from frame 1.
 template <class P, class Context>
-KINVERSE_INLINE State<P> parallel_first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
-                                        double along) {
-  State<P> s{};
+KINVERSE_INLINE void parallel_first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    double along, State<P>& s) {
   solve_shoulder(spec, context, e.point, along, sign, s.arm);
   s.x = past_joint(e.x, spec, 0, s.arm.t[0]);
   s.z = past_joint(e.z, spec, 0, s.arm.t[0]);
   s.theta[0] = s.arm.theta[0];
-  return s;
 }
 
 // Joints 2, 3, 4 from the sum of their angles (in s.wrist) and the point (a4, -d5 sin alpha4) on axis 5.
 template <class P, class Context>
-KINVERSE_INLINE State<P> parallel_elbow(const ClosedFormSpec& spec, Context& context, State<P> s, P sign, double d5) {
+KINVERSE_INLINE void parallel_elbow(const ClosedFormSpec& spec, Context& context, P sign, double d5, State<P>& s) {
   P a4(spec.a[3]), y(d5 * spec.sin_alpha[3]);
   P c = s.wrist.first.c, n = s.wrist.first.s;
   P u = s.arm.w.x - (c * a4 + n * y), v = s.arm.w.y - (n * a4 - c * y);
@@ -340,50 +333,50 @@ KINVERSE_INLINE State<P> parallel_elbow(const ClosedFormSpec& spec, Context& con
   s.theta[1] = context.angle(t2.s, t2.c);
   s.theta[2] = context.angle(t3.s, t3.c);
   s.theta[3] = s.wrist.theta[0] - s.theta[1] - s.theta[2];
-  return s;
 }
 
 struct ThreeParallelModel {
   static constexpr int stages = 3;
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign) {
-    return parallel_first(spec, context, e, sign, spec.d[1] + spec.d[2] + spec.d[3] + spec.d[4] * spec.cos_alpha[3]);
+  static KINVERSE_INLINE void first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    State<P>& s) {
+    parallel_first(spec, context, e, sign, spec.d[1] + spec.d[2] + spec.d[3] + spec.d[4] * spec.cos_alpha[3], s);
   }
   // the sign of the wrist comes before that of the elbow
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> second(const ClosedFormSpec& spec, Context& context, const Elements<P>&, State<P> s,
-                                         P sign) {
+  static KINVERSE_INLINE void second(const ClosedFormSpec& spec, Context& context, const Elements<P>&, P sign,
+                                     State<P>& s) {
     s.wrist = solve_wrist(spec, context, 3, s.x, s.z, sign);
     s.theta[4] = s.wrist.theta[1];
     s.theta[5] = s.wrist.theta[2];
-    return s;
   }
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> third(const ClosedFormSpec& spec, Context& context, State<P> s, P sign) {
-    return parallel_elbow(spec, context, s, sign, spec.d[4]);
+  static KINVERSE_INLINE void third(const ClosedFormSpec& spec, Context& context, P sign, State<P>& s) {
+    parallel_elbow(spec, context, sign, spec.d[4], s);
   }
 };
 
 struct ThreeParallelShortModel {
   static constexpr int stages = 2;
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign) {
-    return parallel_first(spec, context, e, sign, spec.d[1] + spec.d[2] + spec.d[3]);
+  static KINVERSE_INLINE void first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    State<P>& s) {
+    parallel_first(spec, context, e, sign, spec.d[1] + spec.d[2] + spec.d[3], s);
   }
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> second(const ClosedFormSpec& spec, Context& context, const Elements<P>&, State<P> s,
-                                         P sign) {
+  static KINVERSE_INLINE void second(const ClosedFormSpec& spec, Context& context, const Elements<P>&, P sign,
+                                     State<P>& s) {
     s.wrist = solve_short_wrist(spec, context, 3, s.x, s.z);
     s.theta[4] = s.wrist.theta[1];
-    return parallel_elbow(spec, context, s, sign, 0.0);
+    parallel_elbow(spec, context, sign, 0.0, s);
   }
 };
 
 struct ScaraModel {
   static constexpr int stages = 1;
   template <class P, class Context>
-  static KINVERSE_INLINE State<P> first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign) {
-    State<P> s{};
+  static KINVERSE_INLINE void first(const ClosedFormSpec& spec, Context& context, const Elements<P>& e, P sign,
+                                    State<P>& s) {
     context.equation(e.z.z, 1.0);
     if (spec.dof == 3) context.equation(e.point.z, 0.0);
     Angle<P> t1, t2;
@@ -392,7 +385,6 @@ struct ScaraModel {
     s.theta[1] = context.angle(t2.s, t2.c);
     s.theta[2] = context.angle(e.x.y, e.x.x) - s.theta[0] - s.theta[1];
     s.theta[3] = e.point.z;
-    return s;
   }
 };
 
@@ -410,18 +402,21 @@ template <class Model, class P, class Context, class Visit>
 KINVERSE_INLINE void visit_branches(const ClosedFormSpec& spec, Context& context, const Frame<P>& target, Visit visit) {
   const Elements<P> e = canonical_target(spec, target);
   const double signs[2] = {1.0, -1.0};
+  State<P> s;
   for (int i = 0; i < 2; ++i) {
-    State<P> first = Model::first(spec, context, e, P(signs[i]));
+    Model::first(spec, context, e, P(signs[i]), s);
     if constexpr (Model::stages == 1) {
-      visit(branch_number<Model>(i, 0, 0), first.theta);
+      visit(branch_number<Model>(i, 0, 0), s.theta);
     } else {
       for (int j = 0; j < 2; ++j) {
-        State<P> second = Model::second(spec, context, e, first, P(signs[j]));
+        Model::second(spec, context, e, P(signs[j]), s);
         if constexpr (Model::stages == 2) {
-          visit(branch_number<Model>(i, j, 0), second.theta);
+          visit(branch_number<Model>(i, j, 0), s.theta);
         } else {
-          for (int k = 0; k < 2; ++k)
-            visit(branch_number<Model>(i, j, k), Model::third(spec, context, second, P(signs[k])).theta);
+          for (int k = 0; k < 2; ++k) {
+            Model::third(spec, context, P(signs[k]), s);
+            visit(branch_number<Model>(i, j, k), s.theta);
+          }
         }
       }
     }
@@ -451,10 +446,11 @@ KINVERSE_INLINE void numbered_branches(const ClosedFormSpec& spec, LaneContext<W
   static constexpr SignTable<Model> table;
   auto sign = [&](int stage) { return load<W>(table.signs[stage] + first_number); };
   const Elements<Pack<W>> e = canonical_target(spec, target);
-  State<Pack<W>> s = Model::first(spec, context, e, sign(0));
-  if constexpr (Model::stages >= 2) s = Model::second(spec, context, e, s, sign(1));
-  if constexpr (Model::stages >= 3) s = Model::third(spec, context, s, sign(2));
-  for (int i = 0; i < 6; ++i) theta[i] = s.theta[i];
+  State<Pack<W>> s;
+  Model::first(spec, context, e, sign(0), s);
+  if constexpr (Model::stages >= 2) Model::second(spec, context, e, sign(1), s);
+  if constexpr (Model::stages >= 3) Model::third(spec, context, sign(2), s);
+  for (int i = 0; i < spec.dof; ++i) theta[i] = s.theta[i];
 }
 
 template <class Call>

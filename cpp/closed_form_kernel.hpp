@@ -124,9 +124,10 @@ inline bool closed_form_unreachable(const ClosedFormSpec& spec, const Tolerances
       for (double j : signs)
         for (double k : signs) {
           IntervalContext context;
-          State<Interval> s = Model::first(spec, context, e, Interval(i));
-          if constexpr (Model::stages >= 2) s = Model::second(spec, context, e, s, Interval(j));
-          if constexpr (Model::stages >= 3) s = Model::third(spec, context, s, Interval(k));
+          State<Interval> s;
+          Model::first(spec, context, e, Interval(i), s);
+          if constexpr (Model::stages >= 2) Model::second(spec, context, e, Interval(j), s);
+          if constexpr (Model::stages >= 3) Model::third(spec, context, Interval(k), s);
           possible = possible || context.possible;
         }
   });
