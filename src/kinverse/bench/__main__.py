@@ -43,8 +43,8 @@ def main(argv: list[str] | None = None) -> int:
             console.print(f"{name}: left out, {error}: make bench installs the peers")
             broken.append(name)
             continue
-        if made:
-            report.show(made, console)
+        for title in dict.fromkeys(line.section for line in made):
+            report.show([line for line in made if line.section == title], console)
         lines += made
     missed = sum(line.verdict == "MISS" for line in lines)
     met = sum(line.verdict == "PASS" for line in lines)

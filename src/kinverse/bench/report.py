@@ -79,9 +79,9 @@ def _processor() -> str:
 
 def show(lines: Sequence[Line], console: Console) -> None:
     """Print the lines of one section."""
-    table = Table(box=SIMPLE_HEAD, title=lines[0].section, title_justify="left", pad_edge=False)
+    table = Table(box=SIMPLE_HEAD, title=lines[0].section, title_justify="left", expand=True)
     table.add_column("robot", no_wrap=True)
-    table.add_column("what")
+    table.add_column("what", ratio=1)
     table.add_column("figure", justify="right")
     table.add_column("target", justify="right", no_wrap=True)
     table.add_column("")

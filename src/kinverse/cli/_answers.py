@@ -148,20 +148,24 @@ class Answers:
         """Print the solutions, of the first poses if there are many, and a summary."""
         out = console()
         several = len(self.given.T) > 1
-        heads = ["row"] if several else []
+        heads = [">row"] if several else []
+        unit = "deg" if self.degrees else "rad"
         shown = table(
-            *heads, *joint_header(self.robot, self.degrees), "branch", ">pos. m", ">rot. rad"
+            *heads,
+            *joint_header(self.robot),
+            ">branch" if several else "branch",
+            title=f"{self.robot.name}, joints in {unit}{' and m' if 'P' in self.robot.kinds else ''}",
         )
-        digits = 3 if self.degrees else 5
-        for record, _ in zip(self.poses(), range(SHOWN), strict=False):
+        digits = 2 if self.degrees else 4
+        for _, record in zip(range(SHOWN), self.poses(), strict=False):
             first = [str(record["row"])] if several else []
             for s in record["solutions"]:
                 values = [f"{v + 0.0:.{digits}f}" for v in s["q"]]
-                errors = [tiny(s["position_error"]), tiny(s["rotation_error"])]
-                shown.add_row(*first, *values, s["label"], *errors)
-            if not record["solutions"]:
-                shown.add_row(*first, *["-"] * self.robot.dof, record["status"], "-", "-")
-        out.print(shown)
+                shown.add_row(*first, *values, str(s["branch"]) if several else s["label"])
+            if not record["solutions"] and several:
+                shown.add_row(*first, *["-"] * self.robot.dof, "-")
+        if shown.row_count:
+            out.print(shown)
         if len(self.given.T) > SHOWN:
             out.print(f"the first {SHOWN} poses are shown; --out FILE.csv writes them all")
         self.summary()
@@ -174,9 +178,15 @@ class Answers:
             count = int((status == kind).sum())
             if count:
                 out.print(f"{kind.name} {count} of {len(self.given.T)}: {kind.text}")
+        worst = [
+            max((part.position_error.max(initial=0.0) for part in self.done), default=0.0),
+            max((part.rotation_error.max(initial=0.0) for part in self.done), default=0.0),
+        ]
+        if any(part.ok.any() for part in self.done):
+            out.print(f"worst error of a solution: {tiny(worst[0])} m, {tiny(worst[1])} rad")
         if self.given.problems:
             out.print(f"skipped {len(self.given.problems)} broken rows")
-        for record, _ in zip(self.poses(), range(1), strict=False):
+        for _, record in zip(range(1), self.poses(), strict=False):
             best = record.get("best")
             if best and len(self.given.T) == 1:
                 out.print(

@@ -31,10 +31,11 @@ def notes() -> Console:
 
 def table(*columns: str, title: str | None = None) -> Table:
     """A table that fits 80 columns; columns that start with ">" are set to the right."""
-    made = Table(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False, padding=(0, 1))
+    made = Table(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False)
+    made.padding = (0, 1, 0, 0)
     for column in columns:
         right = column.startswith(">")
-        made.add_column(column.lstrip(">"), justify="right" if right else "left", overflow="fold")
+        made.add_column(column.lstrip(">"), justify="right" if right else "left", no_wrap=True)
     return made
 
 
@@ -55,12 +56,11 @@ def joint_kinds(robot: "Robot") -> str:
     return "".join(robot.kinds[source.index(j)] for j in range(robot.dof))
 
 
-def joint_header(robot: "Robot", degrees: bool) -> list[str]:
-    """Column heads for joint values."""
-    unit = "deg" if degrees else "rad"
+def joint_header(robot: "Robot") -> list[str]:
+    """Column heads for joint values, short enough for seven of them in a line."""
     return [
-        f">{name} {'m' if kind == 'P' else unit}"
-        for name, kind in zip(robot.joint_names, joint_kinds(robot), strict=True)
+        ">" + (name if len(name) <= 8 else f"q{k}")
+        for k, name in enumerate(robot.joint_names, start=1)
     ]
 
 
