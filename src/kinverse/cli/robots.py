@@ -29,8 +29,8 @@ def robots(json: Json = False) -> None:
         print(text.dumps(rows))
         return
     shown = table("name", "joints", "source (kinverse info NAME has it whole)")
-    shown.columns[-1].no_wrap = True
-    shown.columns[-1].overflow = "ellipsis"
+    for column in shown.columns[:2]:  # only the source is cut
+        column.min_width = 16
     for row in rows:
         shown.add_row(str(row["name"]), str(row["joints"]), " ".join(str(row["source"]).split()))
     console().print(shown)
