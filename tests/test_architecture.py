@@ -20,6 +20,7 @@ RANKS = {
     "errors": 0,
     "se3": 1,
     "kernels": 1,
+    "status": 1,
     "optimizers": 1,
     "networks": 2,
     "dh": 2,

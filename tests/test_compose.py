@@ -5,8 +5,8 @@ import pytest
 
 from fakes import Formless, Newton, Says
 from kinverse.errors import InputError, NoClosedForm
-from kinverse.solutions import Status
 from kinverse.solvers import FirstOf, Seeded
+from kinverse.status import Status
 
 TRUE = np.array([0.4, -0.9, 0.7])
 

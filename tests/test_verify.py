@@ -7,7 +7,7 @@ import verify_oracle
 from kinverse import kernels
 from kinverse.errors import InputError
 from kinverse.robot import Robot
-from kinverse.solutions import Status
+from kinverse.status import Status
 from kinverse.task import TASKS
 from kinverse.verify import Proposal, Settings, verify
 

@@ -21,11 +21,14 @@ from kinverse.kernels import set_threads
 from kinverse.load import load
 from kinverse.robot import Robot
 from kinverse.se3 import pose
-from kinverse.solutions import Solutions, Status
+from kinverse.solutions import Solutions
 from kinverse.solve import solve
 from kinverse.solvers import FirstOf, Proposal, Seeded, Solver, solver_names
+from kinverse.solvers.analytic import Analytic
+from kinverse.status import Status
 
 __all__ = [
+    "Analytic",
     "FirstOf",
     "InputError",
     "KinverseError",

@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 
 def joint_distance(q: Array, other: Array) -> Array:
     """Largest joint difference (...,) [rad or m] of (..., n) joint values, as travelled."""
-    return np.abs(q - other).max(axis=-1, initial=0.0)
+    return np.asarray(np.abs(q - other).max(axis=-1, initial=0.0))
 
 
 def first_of_each(table: TableLike, score: Array) -> Ints:

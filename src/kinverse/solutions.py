@@ -1,7 +1,6 @@
 """The answer to one call: every verified solution of every pose, and why a pose has none."""
 
 from collections.abc import Callable, Iterator
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsIndex
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import ranking, se3
 from kinverse.errors import InputError, NoSolution
+from kinverse.status import Status
 from kinverse.table import TableLike, kept, replaced, taken
 from kinverse.task import Task
 
@@ -20,33 +20,6 @@ __all__ = ["Intervals", "Origin", "Solutions", "Stats", "Status"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-
-
-class Status(IntEnum):
-    """What is known of one pose; ``text`` says it in a sentence.
-
-    Example:
-        >>> Status.OUT_OF_LIMITS.text
-        'solutions exist, none inside the joint limits'
-    """
-
-    SOLVED = 0
-    OUT_OF_LIMITS = 1
-    UNREACHABLE = 2
-    NOT_FOUND = 3
-
-    @property
-    def text(self) -> str:
-        """One sentence for people."""
-        return _TEXTS[self]
-
-
-_TEXTS = (
-    "at least one verified solution",
-    "solutions exist, none inside the joint limits",
-    "shown that no joint values meet the tolerances, limits ignored",
-    "no solution was kept and none was shown to be impossible",
-)
 
 
 class Origin(NamedTuple):
@@ -175,7 +148,7 @@ class Solutions:
     @property
     def ok(self) -> Bools:
         """(N,) whether the pose is SOLVED."""
-        return self._table.status == 0
+        return np.asarray(self._table.status == 0)
 
     @property
     def stats(self) -> Stats:
@@ -255,7 +228,7 @@ class Solutions:
             raise InputError(f"unknown rule {rule!r}: the rules are {', '.join(ranking.RULES)}")
         near = None if q is None else se3.as_joints(q, self.robot.dof, "q", count=len(self))
         rows = choose(self.robot, self._origin.task, self._table, near)
-        return Solutions(kept(self._table, rows, Status.NOT_FOUND), self._origin)
+        return Solutions(kept(self._table, rows), self._origin)
 
     def filter(self, predicate: Callable[[Array], Any]) -> "Solutions":
         """Only the solutions a predicate accepts, such as those free of collision.
@@ -279,7 +252,7 @@ class Solutions:
             raise InputError(
                 f"a filter must return ({rows},) of bool, got {mask.shape} of {mask.dtype}"
             )
-        return Solutions(kept(self._table, mask, Status.NOT_FOUND), self._origin)
+        return Solutions(kept(self._table, mask), self._origin)
 
     def padded(self) -> tuple[Array, Bools]:
         """The solutions as a block.

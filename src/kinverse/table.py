@@ -7,7 +7,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PER_POSE", "PER_SOLUTION", "Table", "TableLike", "kept", "merged", "replaced", "taken"]
+from kinverse.status import Status
+
+__all__ = [
+    "PER_POSE",
+    "PER_SOLUTION",
+    "Table",
+    "TableLike",
+    "has_not_found",
+    "kept",
+    "merged",
+    "replaced",
+    "taken",
+]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -99,6 +111,13 @@ class Table:
             getattr(self, name).flags.writeable = False
 
 
+def has_not_found(table: TableLike) -> bool:
+    """Whether any pose is NOT_FOUND: asked after every call of a solver that may fall through."""
+    # the native table counts; making its status array would cost as much as a closed form
+    count = getattr(table, "not_found", None)
+    return Status.NOT_FOUND in table.status.tobytes() if count is None else bool(count)
+
+
 def replaced(table: TableLike, **changes: NDArray[Any]) -> Table:
     """A copy of a table with some arrays exchanged; the others are shared."""
     names = PER_SOLUTION + PER_POSE
@@ -114,15 +133,15 @@ def taken(table: TableLike, start: int, stop: int) -> Table:
     return Table(**arrays)
 
 
-def kept(table: TableLike, rows: NDArray[Any], emptied: int) -> Table:
+def kept(table: TableLike, rows: NDArray[Any]) -> Table:
     """Only the solutions in ``rows`` (mask or ascending indices).
 
-    A SOLVED pose that loses its last solution gets the status ``emptied``.
+    A SOLVED pose that loses its last solution becomes NOT_FOUND.
     """
     arrays = {name: getattr(table, name)[rows] for name in PER_SOLUTION}
     count = np.bincount(arrays["pose_index"], minlength=len(table.status)).astype(np.int64)
     status = table.status.copy()
-    status[(count == 0) & (table.count > 0)] = emptied
+    status[(count == 0) & (table.count > 0)] = Status.NOT_FOUND
     return replaced(table, **arrays, count=count, status=status)
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from kinverse import kernels
 from kinverse.errors import InputError
-from kinverse.solutions import Origin, Solutions, Status
+from kinverse.solutions import Origin, Solutions
+from kinverse.status import Status
 from kinverse.table import TableLike, replaced
 from kinverse.task import Task, as_task
 

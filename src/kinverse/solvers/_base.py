@@ -37,6 +37,8 @@ Array = NDArray[np.float64]
 Rng: TypeAlias = "int | np.random.Generator | None"
 Fused = Callable[[Any, Any, int], TableLike | None]
 
+_blank = object.__new__
+
 
 class Solver:
     """Settings object in the manner of scikit-learn; ``fit`` binds a robot, ``solve`` answers.
@@ -149,7 +151,11 @@ class Solver:
         if fused is not None:
             table = fused(T, q_seed, seed)
             if table is not None:
-                return Solutions(table, self._origin)
+                # Solutions(table, origin) without the call of __init__: a twentieth of a solve
+                answer = _blank(Solutions)
+                answer._table = table
+                answer._origin = self._origin
+                return answer
         if not self.is_fitted:
             name = type(self).__name__
             raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")

@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Settings, Solver
-from kinverse.table import PER_POSE, TableLike, merged, replaced
+from kinverse.status import Status
+from kinverse.table import PER_POSE, TableLike, has_not_found, merged, replaced
 
 __all__ = ["FirstOf", "Seeded"]
 
 Array = NDArray[np.float64]
-NOT_FOUND = 3
-NOT_FOUND_BYTE = b"\x03"
 
 
 class FirstOf(Solver):
@@ -72,7 +71,7 @@ class FirstOf(Solver):
 
         def first(T: Any, q_seed: Any, seed: int) -> TableLike | None:
             table = fused(T, q_seed, seed)
-            if table is None or NOT_FOUND_BYTE not in table.status.tobytes():
+            if table is None or not has_not_found(table):
                 return table
             # what the native call took is a plain array, so only shapes are left to settle
             poses = T.reshape(-1, 4, 4)
@@ -90,7 +89,7 @@ class FirstOf(Solver):
         """The first solver's table with its NOT_FOUND poses given to the later solvers."""
         labels = len(self.solvers_[0].branch_labels_)
         for solver in self.solvers_[1:]:
-            open_ = np.flatnonzero(table.status == NOT_FOUND)
+            open_ = np.flatnonzero(table.status == Status.NOT_FOUND)
             if not len(open_):
                 break
             near = None if q_seed is None else q_seed[open_]
@@ -121,7 +120,7 @@ class FirstOf(Solver):
         # a pose that stays open keeps the better of its best candidates
         settings = self.settings_
         keep = _badness(table, open_, settings) < _badness(later, slice(None), settings)
-        keep &= later.status == NOT_FOUND
+        keep &= later.status == Status.NOT_FOUND
         for name in ("best_q", "best_position_error", "best_rotation_error"):
             mine, theirs = getattr(table, name)[open_], getattr(later, name)
             changes[name] = np.where(keep[:, None] if mine.ndim == 2 else keep, mine, theirs)
@@ -187,7 +186,7 @@ def _shared_settings(name: str, solvers: Sequence[Solver]) -> Settings:
         if not isinstance(solver, Solver):
             hint = ", not a class: write Numerical()" if isinstance(solver, type) else ""
             raise InputError(f"{name} needs solver objects, got {solver!r}{hint}")
-    settings = [solver._check_settings() for solver in solvers]
+    settings: list[Settings] = [solver._check_settings() for solver in solvers]
     tasks = [each.task for each in settings]
     if len(set(tasks)) > 1:
         raise InputError(f"{name} needs solvers of one task, got {', '.join(tasks)}")
