@@ -10,7 +10,7 @@ namespace {
 
 constexpr double TWO_PI = 6.28318530717958647693;
 
-// A bit for each branch of one pose.
+// A bit for each branch of one pose (or each lane of one branch).
 struct Found {
   unsigned exact, verified, inside;
 };
@@ -95,6 +95,8 @@ class Pass {
     }
     std::vector<Candidate> candidates = all_branches(T, seed, value, step, found, singular_slots);
     Status unsolved = Status::not_found;
+    if (std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.exact; }))
+      for (Candidate& c : candidates) c.verified = c.exact;
     const bool any = std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.verified; });
     if (!any && is_unreachable(T)) unsolved = Status::unreachable;
     finish_pose(chain_, choice_, candidates, seed, unsolved, singular_slots && any, table_);
@@ -125,22 +127,22 @@ class Pass {
                                       unsigned singular_slots) const {
     if (singular_slots)
       return representatives(T, winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
-    const unsigned verified = found.exact ? found.exact : found.verified;
     std::vector<Candidate> candidates;
-    for (int b = 0; b < spec_.branches; ++b)
-      candidates.push_back(candidate(solution(value, step, b), (verified >> b & 1u) != 0, (found.inside >> b & 1u) != 0));
+    for (int b = 0; b < spec_.branches; ++b) candidates.push_back(candidate(solution(value, step, b), b, found));
     return candidates;
   }
 
-  Candidate candidate(const Solution& s, bool verified, bool inside) const {
-    Candidate c{{}, s.position_error, s.rotation_error, s.branch, inside, verified};
+  Candidate candidate(const Solution& s, int bit, const Found& found) const {
+    auto has = [&](unsigned bits) { return (bits >> bit & 1u) != 0; };
+    Candidate c{{}, s.position_error, s.rotation_error, s.branch, has(found.inside), has(found.verified), has(found.exact)};
     for (int j = 0; j < chain_.dof; ++j) c.q.push_back(s.q[j * s.stride]);
     return c;
   }
 
   // A singular pose has a continuum of solutions: for every branch the member that is verified, lies
   // inside the limits if any does, and is nearest to the reference. A coarse round over the free
-  // angles, then finer ones around the best of each branch.
+  // angles, then finer ones around the best of each branch; more of these for a branch that is not
+  // verified yet, since its continuum may have shrunk to a point (a wrist singular on a stretched arm).
   struct Member {
     Candidate candidate;
     double angle[4] = {};
@@ -153,14 +155,17 @@ class Pass {
       largest = std::max(largest, std::fabs(c.q[static_cast<size_t>(j)] - reference[static_cast<size_t>(j)]));
     return largest;
   }
+  static double error(const Candidate& c) { return std::max(c.position_error, c.rotation_error); }
   bool better(const Candidate& a, const Candidate& b, const std::vector<double>& reference) const {
     if (a.verified != b.verified) return a.verified;
+    if (!a.verified) return error(a) < error(b);
+    if (a.exact != b.exact) return a.exact;
     if (choice_.hold_limits && a.inside != b.inside) return a.inside;
     return miss(a, reference) < miss(b, reference);
   }
 
   std::vector<Candidate> representatives(const double* T, const std::vector<double>& reference, unsigned slots) const {
-    constexpr int COARSE = 64, FINE = 16, ROUNDS = 3;
+    constexpr int COARSE = 64, FINE = 16, ROUNDS = 3, MOST_ROUNDS = 9;
     // several free angles: the coordinates of the R_3 low-discrepancy sequence
     const double stride[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
     std::vector<Member> best(static_cast<size_t>(spec_.branches));
@@ -176,8 +181,10 @@ class Pass {
     }
     try_angles(T, reference, angles, -1, best);
     double width = TWO_PI / COARSE;
-    for (int round = 0; round < ROUNDS; ++round) {
-      for (int b = 0; b < spec_.branches; ++b)
+    for (int round = 0; round < MOST_ROUNDS; ++round) {
+      for (int b = 0; b < spec_.branches; ++b) {
+        const Candidate& held = best[static_cast<size_t>(b)].candidate;
+        if (round >= ROUNDS && (held.verified || error(held) > 0.1)) continue;
         for (int slot = 0; slot < 4; ++slot) {
           if (!(slots >> slot & 1u)) continue;
           const Member around = best[static_cast<size_t>(b)];
@@ -189,6 +196,7 @@ class Pass {
           }
           try_angles(T, reference, angles, b, best);
         }
+      }
       width *= 2.0 / (FINE - 1);
     }
     std::vector<Candidate> found;
@@ -219,8 +227,8 @@ class Pass {
       for (int b = 0; b < spec_.branches; ++b) {
         if (only_branch >= 0 && b != only_branch) continue;
         for (int l = 0; l < lanes; ++l) {
-          Candidate c = candidate(solution(&block.value[0][0][l], 8 * WIDEST, b), (block.verified[b] >> l & 1u) != 0,
-                                  (block.inside[b] >> l & 1u) != 0);
+          Candidate c = candidate(solution(&block.value[0][0][l], 8 * WIDEST, b), l,
+                                  {block.exact[b], block.verified[b], block.inside[b]});
           Member& m = best[static_cast<size_t>(b)];
           if (m.known && !better(c, m.candidate, reference)) continue;
           m.candidate = std::move(c);

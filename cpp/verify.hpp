@@ -29,6 +29,7 @@ struct Candidate {
   double position_error, rotation_error;
   int branch;
   bool inside, verified;
+  bool exact = false;  // no more off than rounding explains
 };
 
 // What windings are nearest to: the seed, inside the limits if these hold, else their middle.
