@@ -19,6 +19,7 @@ RANKS = {
     "_core": 0,
     "errors": 0,
     "se3": 1,
+    "geometry": 1,
     "kernels": 1,
     "status": 1,
     "optimizers": 1,
@@ -52,7 +53,13 @@ BESIDE = {
     ("ranking", "task"),
     ("load", "loading"),
 }
-SOLVER_RANKS = {"_base": 0, "compose": 2, "registry": 3, "__init__": 4}  # families: 1
+SOLVER_RANKS = {
+    "_base": 0,
+    "families": 0,
+    "compose": 2,
+    "registry": 3,
+    "__init__": 4,
+}  # the solvers themselves: 1
 HEAVY = {
     *("scipy", "typer", "rich", "defusedxml", "sklearn", "matplotlib", "mujoco", "toppra"),
     *("ruckig", "viser", "dask", "zarr", "xarray", "joblib", "pandas", "torch", "click"),
