@@ -21,7 +21,7 @@ lint: $(VENV)/.test
 	$(BIN)/mypy
 
 bench: .venv-bench/.done
-	.venv-bench/bin/python -m kinverse.bench --json bench.json $(BENCH)
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 .venv-bench/bin/python -m kinverse.bench --json bench.json $(BENCH)
 
 docs: $(VENV)/.test
 	$(PIP) install -q "mkdocs-material>=9.5"

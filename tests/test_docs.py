@@ -36,12 +36,12 @@ def commands():
                 yield pytest.param(line, id=line)
 
 
-@pytest.mark.parametrize("code", blocks("python"))
+@pytest.mark.parametrize("code", list(blocks("python")))
 def test_python_blocks_run(code):
     exec(compile(code, "page", "exec"), {"__name__": "page"})
 
 
-@pytest.mark.parametrize("line", commands())
+@pytest.mark.parametrize("line", list(commands()))
 def test_commands_of_the_pages_run(line, capsys):
     program, *arguments = shlex.split(line)
     assert program == "kinverse"
