@@ -149,12 +149,12 @@ class Answers:
         out = console()
         several = len(self.given.T) > 1
         heads = [">row"] if several else []
-        unit = "deg" if self.degrees else "rad"
+        unit = ("deg" if self.degrees else "rad") + (" and m" if "P" in self.robot.kinds else "")
         shown = table(
             *heads,
             *joint_header(self.robot),
             ">branch" if several else "branch",
-            title=f"{self.robot.name}, joints in {unit}{' and m' if 'P' in self.robot.kinds else ''}",
+            title=f"{self.robot.name}, joints in {unit}",
         )
         digits = 2 if self.degrees else 4
         for _, record in zip(range(SHOWN), self.poses(), strict=False):
