@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "continuum.hpp"
 #include "dispatch.hpp"
 
 namespace kinverse {
 namespace {
 
-constexpr double TWO_PI = 6.28318530717958647693;
-
-// A bit for each branch of one pose (or each lane of one branch).
+// A bit for each branch of one pose.
 struct Found {
   unsigned exact, verified, inside;
 };
@@ -126,117 +125,16 @@ class Pass {
   std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step, Found found,
                                       unsigned singular_slots) const {
     if (singular_slots)
-      return representatives(T, winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
+      return representatives({chain_, spec_, tolerances_, kernels_}, T,
+                             winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
     std::vector<Candidate> candidates;
-    for (int b = 0; b < spec_.branches; ++b) candidates.push_back(candidate(solution(value, step, b), b, found));
+    for (int b = 0; b < spec_.branches; ++b) {
+      const Solution s = solution(value, step, b);
+      auto has = [&](unsigned bits) { return (bits >> b & 1u) != 0; };
+      candidates.push_back({{}, s.position_error, s.rotation_error, b, has(found.inside), has(found.verified), has(found.exact)});
+      for (int j = 0; j < chain_.dof; ++j) candidates.back().q.push_back(s.q[j * s.stride]);
+    }
     return candidates;
-  }
-
-  Candidate candidate(const Solution& s, int bit, const Found& found) const {
-    auto has = [&](unsigned bits) { return (bits >> bit & 1u) != 0; };
-    Candidate c{{}, s.position_error, s.rotation_error, s.branch, has(found.inside), has(found.verified), has(found.exact)};
-    for (int j = 0; j < chain_.dof; ++j) c.q.push_back(s.q[j * s.stride]);
-    return c;
-  }
-
-  // A singular pose has a continuum of solutions: for every branch the member that is verified, lies
-  // inside the limits if any does, and is nearest to the reference. A coarse round over the free
-  // angles, then finer ones around the best of each branch; more of these for a branch that is not
-  // verified yet, since its continuum may have shrunk to a point (a wrist singular on a stretched arm).
-  struct Member {
-    Candidate candidate;
-    double angle[4] = {};
-    bool known = false;
-  };
-
-  double miss(const Candidate& c, const std::vector<double>& reference) const {
-    double largest = 0.0;
-    for (int j = 0; j < chain_.dof; ++j)
-      largest = std::max(largest, std::fabs(c.q[static_cast<size_t>(j)] - reference[static_cast<size_t>(j)]));
-    return largest;
-  }
-  static double error(const Candidate& c) { return std::max(c.position_error, c.rotation_error); }
-  bool better(const Candidate& a, const Candidate& b, const std::vector<double>& reference) const {
-    if (a.verified != b.verified) return a.verified;
-    if (!a.verified) return error(a) < error(b);
-    if (a.exact != b.exact) return a.exact;
-    if (choice_.hold_limits && a.inside != b.inside) return a.inside;
-    return miss(a, reference) < miss(b, reference);
-  }
-
-  std::vector<Candidate> representatives(const double* T, const std::vector<double>& reference, unsigned slots) const {
-    constexpr int COARSE = 64, FINE = 16, ROUNDS = 3, MOST_ROUNDS = 9;
-    // several free angles: the coordinates of the R_3 low-discrepancy sequence
-    const double stride[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-    std::vector<Member> best(static_cast<size_t>(spec_.branches));
-    const bool one_slot = (slots & (slots - 1u)) == 0;
-    std::vector<std::vector<double>> angles;
-    for (int sample = 0; sample < COARSE; ++sample) {
-      std::vector<double> a(4, 0.0);
-      size_t rank = 0;
-      for (size_t slot = 0; slot < 4; ++slot)
-        if (slots >> slot & 1u)
-          a[slot] = TWO_PI * (one_slot ? sample / double(COARSE) : std::fmod(0.5 + sample * stride[rank++ % 3], 1.0));
-      angles.push_back(a);
-    }
-    try_angles(T, reference, angles, -1, best);
-    double width = TWO_PI / COARSE;
-    for (int round = 0; round < MOST_ROUNDS; ++round) {
-      for (int b = 0; b < spec_.branches; ++b) {
-        const Candidate& held = best[static_cast<size_t>(b)].candidate;
-        if (round >= ROUNDS && (held.verified || error(held) > 0.1)) continue;
-        for (int slot = 0; slot < 4; ++slot) {
-          if (!(slots >> slot & 1u)) continue;
-          const Member around = best[static_cast<size_t>(b)];
-          angles.clear();
-          for (int k = 0; k < FINE; ++k) {
-            std::vector<double> a(around.angle, around.angle + 4);
-            a[static_cast<size_t>(slot)] += width * (2.0 * k / (FINE - 1) - 1.0);
-            angles.push_back(a);
-          }
-          try_angles(T, reference, angles, b, best);
-        }
-      }
-      width *= 2.0 / (FINE - 1);
-    }
-    std::vector<Candidate> found;
-    for (Member& m : best)
-      if (m.known) found.push_back(m.candidate);
-    return found;
-  }
-
-  void try_angles(const double* T, const std::vector<double>& reference, const std::vector<std::vector<double>>& angles,
-                  int only_branch, std::vector<Member>& best) const {
-    const int lanes = kernels_.lanes;
-    BranchBlock block;
-    for (size_t first = 0; first < angles.size(); first += static_cast<size_t>(lanes)) {
-      FreeDirections free{};
-      const double *rows[WIDEST], *references[WIDEST];
-      auto sample = [&](int l) -> const std::vector<double>& {
-        return angles[std::min(first + static_cast<size_t>(l), angles.size() - 1)];
-      };
-      for (int l = 0; l < lanes; ++l) {
-        rows[l] = T;
-        references[l] = reference.data();
-        for (size_t slot = 0; slot < 4; ++slot) {
-          free.cosine[slot][l] = std::cos(sample(l)[slot]);
-          free.sine[slot][l] = std::sin(sample(l)[slot]);
-        }
-      }
-      kernels_.closed_form_poses(chain_, spec_, tolerances_, rows, references, &free, block);
-      for (int b = 0; b < spec_.branches; ++b) {
-        if (only_branch >= 0 && b != only_branch) continue;
-        for (int l = 0; l < lanes; ++l) {
-          Candidate c = candidate(solution(&block.value[0][0][l], 8 * WIDEST, b), l,
-                                  {block.exact[b], block.verified[b], block.inside[b]});
-          Member& m = best[static_cast<size_t>(b)];
-          if (m.known && !better(c, m.candidate, reference)) continue;
-          m.candidate = std::move(c);
-          std::copy(sample(l).begin(), sample(l).end(), m.angle);
-          m.known = true;
-        }
-      }
-    }
   }
 
   const Chain chain_;

@@ -1,6 +1,7 @@
 // The only file that knows Python.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -339,14 +340,15 @@ NB_MODULE(_core, m) {
                    })
       .def_prop_ro("evaluations",
                    [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
+      .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
       .def("counter",
            [](nb::handle_t<Table> self, const std::string& name) {
              return counter_of(self, nb::cast<const Table&>(self), name);
            },
            "name"_a)
-      .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q; })
-      .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error; })
-      .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error; });
+      .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q.cast(); })
+      .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error.cast(); })
+      .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error.cast(); });
 
   m.def("verify", &verify_candidates, "chain"_a, "task"_a, "T"_a, "q"_a, "pose_index"_a, "branch"_a, "hint"_a,
         "q_seed"_a.none(), "tol_position"_a, "tol_rotation"_a, "all_windings"_a, "ignore_limits"_a,

@@ -96,6 +96,7 @@ class Table {
     ++open_;
   }
   void end_pose(Status unsolved, bool is_singular) {
+    if (!open_ && unsolved == Status::not_found) ++not_found;
     status.push(static_cast<std::uint8_t>(open_ ? Status::solved : unsolved));
     count.push(open_);
     singular.push(is_singular);
@@ -126,6 +127,7 @@ class Table {
     join(singular, other.singular);
     join(evaluations, other.evaluations);
     join(status, other.status);
+    not_found += other.not_found;
     for (size_t c = 0; c < columns.size(); ++c) join(columns[c].second, other.columns[c].second);
   }
 
@@ -136,6 +138,7 @@ class Table {
   Buffer<std::uint8_t> status, singular;
   std::vector<std::pair<std::string, Buffer<std::int64_t>>> columns;  // what a method counts besides
   std::int64_t evaluations_each = 0;
+  std::int64_t not_found = 0;  // how many poses have this status
 
  private:
   int dof_;

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from kinverse import kernels
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
-from kinverse.solutions import Status
 from kinverse.solvers._base import Proposal, Solver
 from kinverse.solvers.families import ClosedFormSpec, closed_form_spec
 
@@ -107,9 +106,7 @@ class Analytic(Solver):
             q=q.reshape(-1, dof),
             pose_index=np.repeat(np.arange(poses), branches),
             branch=np.tile(np.arange(branches, dtype=np.int32), poses),
-            hint=np.where(hint == Status.UNREACHABLE, Status.UNREACHABLE, Status.NOT_FOUND).astype(
-                np.uint8
-            ),
+            hint=hint,
             evaluations=np.full(poses, branches),
             singular=singular,
         )
