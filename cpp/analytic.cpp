@@ -163,18 +163,22 @@ Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Cho
   return std::move(parts[0]);
 }
 
-void Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q,
-                       std::uint8_t* hint, std::uint8_t* singular) const {
+Candidates Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   Table unused(spec_.dof, 0, 0);
-  Pass pass(chain_.view(), spec_, exact_, choice, unused);
+  const Pass pass(chain_.view(), spec_, exact_, choice, unused);
+  Candidates all;
   for (long pose = 0; pose < poses; ++pose) {
-    const double* seed = seeds.of(pose, spec_.dof);
-    bool is_singular = false;
-    std::vector<Candidate> candidates = pass.propose(T + 16 * pose, seed, is_singular);
-    for (const Candidate& c : candidates) q = std::copy(c.q.begin(), c.q.end(), q);
-    hint[pose] = static_cast<std::uint8_t>(pass.is_unreachable(T + 16 * pose) ? Status::unreachable : Status::not_found);
-    singular[pose] = is_singular;
+    const double* row = T + 16 * pose;
+    bool singular = false;
+    for (const Candidate& c : pass.propose(row, seeds.of(pose, spec_.dof), singular)) {
+      all.q.insert(all.q.end(), c.q.begin(), c.q.end());
+      all.pose_index.push_back(pose);
+      all.branch.push_back(c.branch);
+    }
+    all.hint.push_back(static_cast<std::uint8_t>(pass.is_unreachable(row) ? Status::unreachable : Status::not_found));
+    all.singular.push_back(singular);
   }
+  return all;
 }
 
 }  // namespace kinverse

@@ -6,6 +6,14 @@
 
 namespace kinverse {
 
+// Rows q with the pose and branch of each; hint and singular per pose.
+struct Candidates {
+  std::vector<double> q;
+  std::vector<std::int64_t> pose_index;
+  std::vector<std::int32_t> branch;
+  std::vector<std::uint8_t> hint, singular;
+};
+
 class Analytic {
  public:
   // `exact`: the error [m, rad] that rounding, and the fit of the closed form to the chain, explain.
@@ -17,9 +25,8 @@ class Analytic {
 
   // T (poses, 16), checked; choice.all_windings is not for this path.
   Table solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
-  // Unverified: q (poses, branches, dof), NaN-free; hint and singular (poses).
-  void propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q, std::uint8_t* hint,
-               std::uint8_t* singular) const;
+  // The branches unverified, as they come.
+  Candidates propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
 
  private:
   OwnedChain chain_;

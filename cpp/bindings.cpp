@@ -32,6 +32,13 @@ nb::ndarray<nb::numpy, T> owned_array(std::vector<size_t> shape) {
   return nb::ndarray<nb::numpy, T>(data, shape.size(), shape.data(), owner);
 }
 
+template <class T, class U>
+nb::ndarray<nb::numpy, T> copied(const std::vector<U>& from, std::vector<size_t> shape) {
+  auto array = owned_array<T>(shape);
+  std::copy(from.begin(), from.end(), array.data());
+  return array;
+}
+
 void require(bool condition, const char* message) {
   if (!condition) throw nb::value_error(message);
 }
@@ -260,16 +267,15 @@ nb::object propose_closed_form(const ClosedForm& form, nb::handle T, nb::handle 
   PlainCall call;
   const ClosedFormSpec& spec = form.analytic.spec();
   if (!plain_call(T, q_seed, spec.dof, call)) return nb::none();
-  const size_t poses = static_cast<size_t>(call.poses);
-  auto q = owned_array<double>({poses, static_cast<size_t>(spec.branches), static_cast<size_t>(spec.dof)});
-  auto hint = owned_array<std::uint8_t>({poses});
-  auto singular = owned_array<bool>({poses});
+  Candidates found;
   {
     nb::gil_scoped_release unlocked;
-    form.analytic.propose(call.T, call.poses, call.seeds, form.choice, q.data(), hint.data(),
-                          reinterpret_cast<std::uint8_t*>(singular.data()));
+    found = form.analytic.propose(call.T, call.poses, call.seeds, form.choice);
   }
-  return nb::make_tuple(q, hint, singular);
+  const size_t count = found.branch.size(), poses = found.hint.size();
+  return nb::make_tuple(copied<double>(found.q, {count, static_cast<size_t>(spec.dof)}),
+                        copied<std::int64_t>(found.pose_index, {count}), copied<std::int32_t>(found.branch, {count}),
+                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}));
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 """Closed forms: complete, exact, honest about what is out of reach; judged by plain NumPy."""
 
 import numpy as np
-import oracle
 import pytest
 
 import kinverse as kv
+import oracle
 from kinverse import kernels
 from kinverse.solvers.analytic import Analytic
 from kinverse.solvers.families import Family, Regional, closed_form_spec

@@ -168,9 +168,7 @@ void exercise_closed_forms() {
     choice.hold_limits = round % 5 != 0;
     const Seeds seed_rows = round % 2 ? Seeds{seeds.data(), false} : Seeds{};
     if (analytic.solve(T.data(), count, seed_rows, choice).poses() != count) std::abort();
-    std::vector<double> q(static_cast<size_t>(count * spec.branches * spec.dof));
-    std::vector<std::uint8_t> hint(static_cast<size_t>(count)), singular(static_cast<size_t>(count));
-    analytic.propose(T.data(), count, seed_rows, choice, q.data(), hint.data(), singular.data());
+    if (analytic.propose(T.data(), count, seed_rows, choice).hint.size() != static_cast<size_t>(count)) std::abort();
   }
 }
 

@@ -100,13 +100,12 @@ class Analytic(Solver):
             self._fused = self._form.solve
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
-        q, hint, singular = self._form.propose(T, q_seed)
-        poses, branches, dof = q.shape
+        q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)
         return Proposal(
-            q=q.reshape(-1, dof),
-            pose_index=np.repeat(np.arange(poses), branches),
-            branch=np.tile(np.arange(branches, dtype=np.int32), poses),
+            q=q,
+            pose_index=pose_index,
+            branch=branch,
             hint=hint,
-            evaluations=np.full(poses, branches),
+            evaluations=np.bincount(pose_index, minlength=len(T)),
             singular=singular,
         )
