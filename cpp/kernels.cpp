@@ -4,6 +4,11 @@
 #include "closed_form_kernel.hpp"
 
 namespace kinverse::KINVERSE_ISA {
+
+// least_squares.cpp
+void least_squares_lanes(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
+                         const LeastSquaresOutput& out);
+
 namespace {
 
 // Rows of joint values, lane l from configuration first + l; the tail repeats the last one, so that
@@ -119,6 +124,7 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
     inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
+    least_squares_lanes,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -3,6 +3,7 @@
 
 #include "chain.hpp"
 #include "closed_form_spec.hpp"
+#include "least_squares_problem.hpp"
 
 namespace kinverse {
 
@@ -59,6 +60,9 @@ struct Kernels {
                            const double* reference, BranchBlock& block);
   // whether no joint values at all meet the tolerances, shown by interval arithmetic
   bool (*closed_form_unreachable)(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T);
+  // `count` poses by nonlinear least squares (least_squares.hpp)
+  void (*least_squares)(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
+                        const LeastSquaresOutput& out);
 };
 
 namespace baseline {
