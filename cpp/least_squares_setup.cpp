@@ -11,6 +11,10 @@ namespace {
 
 constexpr double TWO_PI = 6.28318530717958647693;
 
+// follow: the joint steps [rad or m] that are tried first, and how many restarts within them
+constexpr double NEAR_STEP = 0.1;
+constexpr int NEAR_STARTS = 24;
+
 // The rotation of a 3x4 transform as Rz(first) Rx(twist) Rz(last).
 struct Turns {
   double first, cosine, sine, last;
@@ -192,16 +196,41 @@ Estimate LeastSquares::refine(const double* T, long poses, const double* q_start
 
 Table LeastSquares::follow(const double* T, long poses, const double* q_start, std::uint64_t seed, double max_step) const {
   Estimate estimate(poses, dof());
-  LeastSquaresProblem near = problem();
-  near.max_distance = max_step;
-  std::vector<double> last(q_start, q_start + dof()), before = last, guess = last;
+  const LeastSquaresProblem whole = problem();
+  std::vector<double> last(q_start, q_start + dof()), before = last, ahead = last;
+  // Where the last two solutions point to carries an arm through a singularity; an arm with joints to
+  // spare would carry its idle motion on as well, so it starts from the last solution. Then the other
+  // of the two; then restarts, near before far.
+  constexpr int ROWS[] = {6, 3, 5, 3, 4};
+  const bool spare = dof() > ROWS[static_cast<int>(whole.task)];
+  struct Try {
+    const double* from;
+    int starts;
+    double distance;
+  };
+  const double near = std::min(NEAR_STEP, max_step);
+  const Try tries[] = {{spare ? last.data() : ahead.data(), 1, near},
+                       {spare ? ahead.data() : last.data(), 1, near},
+                       {last.data(), std::min(NEAR_STARTS, whole.max_starts), near},
+                       {last.data(), whole.max_starts, max_step}};
   for (long i = 0; i < poses; ++i) {
-    run(near, {T + 16 * i, guess.data(), dof(), last.data(), seed, false}, 1, estimate, i);
+    const size_t at = static_cast<size_t>(i);
+    std::int64_t evaluations = 0, starts = 0;
+    for (const Try& attempt : tries) {
+      LeastSquaresProblem bounded = whole;
+      bounded.max_starts = attempt.starts;
+      bounded.max_distance = attempt.distance;
+      run(bounded, {T + 16 * i, attempt.from, dof(), last.data(), seed, attempt.starts > 1}, 1, estimate, i);
+      evaluations += estimate.evaluations[at];
+      starts += estimate.starts[at];
+      if (estimate.found[at]) break;
+    }
+    estimate.evaluations[at] = evaluations;
+    estimate.starts[at] = starts;
     before = last;
     const double* q = estimate.q.data() + i * dof();
-    if (estimate.found[static_cast<size_t>(i)]) std::copy(q, q + dof(), last.begin());
-    // where the last two solutions point to
-    for (size_t j = 0; j < last.size(); ++j) guess[j] = last[j] + (last[j] - before[j]);
+    if (estimate.found[at]) std::copy(q, q + dof(), last.begin());
+    for (size_t j = 0; j < last.size(); ++j) ahead[j] = last[j] + (last[j] - before[j]);
   }
   // the windings of the sequence stay: each solution is its own reference
   const std::vector<double> own = estimate.q;

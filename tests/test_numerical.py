@@ -41,7 +41,9 @@ def random_arm(rng, kinds, size=1.0, **more):
 def assert_true(robot, T, s, tol=1e-6):
     """Every solution holds by the oracle's forward kinematics and lies inside the limits."""
     for q, i in zip(s.q, s.pose_index, strict=True):
-        reached = oracle.fk(robot.frames, robot.kinds, q, robot.source, robot.multiplier, robot.offset)
+        reached = oracle.fk(
+            robot.frames, robot.kinds, q, robot.source, robot.multiplier, robot.offset
+        )
         assert np.linalg.norm(reached[:3, 3] - T[i][:3, 3]) <= tol * (1 + 1e-6)
         chord = np.linalg.norm(reached[:3, :3] - T[i][:3, :3]) / np.sqrt(2)
         assert chord <= 1e-6 * (1 + 1e-6)

@@ -36,7 +36,9 @@ def measured(task, T_reached, T_target):
 def test_errors_match_the_oracle(task, angle, instruction_set):
     rng = np.random.default_rng(3)
     for _ in range(5):
-        reached = oracle.homogeneous(oracle.about(rng.normal(size=3), rng.uniform(0, 3)), rng.normal(size=3))
+        reached = oracle.homogeneous(
+            oracle.about(rng.normal(size=3), rng.uniform(0, 3)), rng.normal(size=3)
+        )
         axis = rng.normal(size=3)
         target = oracle.homogeneous(oracle.about(axis, angle) @ reached[:3, :3], rng.normal(size=3))
         position, rotation = measured(task, reached, target)
@@ -48,8 +50,10 @@ def test_errors_match_the_oracle(task, angle, instruction_set):
             "position": 0.0,
             "position_axis": np.arccos(np.clip(target[:3, 2] @ reached[:3, 2], -1, 1)),
         }.get(task, abs(angle * axis[2] / np.linalg.norm(axis)))
-        # the arc cosine of the expectation itself loses digits near 0 and pi
-        assert rotation == pytest.approx(turn, abs=3e-7 if task == "position_axis" else 3e-8)
+        # half a turn away, and in the arc cosine of the expectation, half the digits are lost
+        assert rotation == pytest.approx(turn, abs=1e-6)
+        if angle <= 1e-4 and task not in ("position", "position_axis"):
+            assert rotation == pytest.approx(turn, abs=1e-14)
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -59,7 +63,9 @@ def test_the_iteration_uses_the_derivative_of_that_error(task):
     arm = random_arm(rng, 7)
     q = arm.random(20, rng=1)
     start = q + rng.normal(size=q.shape) * 0.05
-    solver = Numerical(task=task, method="newton_raphson", max_iterations=8, limits="ignore").fit(arm)
+    solver = Numerical(task=task, method="newton_raphson", max_iterations=8, limits="ignore").fit(
+        arm
+    )
     assert solver.solve(arm.fk(q), q_seed=start).ok.mean() >= 0.95
 
 

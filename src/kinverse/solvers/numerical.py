@@ -38,9 +38,9 @@ class Numerical(Solver):
     the starts that converge the lowest-numbered is the answer, however the work was shared out.
 
     The residual is [position; 2 sin(angle / 2) axis] of the error in the base frame, lengths
-    counted in half the arm's reach (rounded to a power of two), so that arms of any size behave alike;
-    the tolerances stay in metres and radians. An arm of a kilometre carries rounding errors near
-    1e-12 m, one of a millimetre needs a smaller ``tol_position`` to mean anything.
+    counted in half the arm's reach (rounded to a power of two), so that arms of any size behave
+    alike; the tolerances stay in metres and radians. An arm of a kilometre carries rounding errors
+    near 1e-12 m, one of a millimetre needs a smaller ``tol_position`` to mean anything.
 
     Args:
         task: see ``kinverse.task``.
@@ -161,10 +161,11 @@ class Numerical(Solver):
     def follow(self, T: ArrayLike, q_start: ArrayLike, rng: Rng = None) -> Solutions:
         """Solve poses in sequence, each from the solution of the one before.
 
-        The first guess of a pose is where the last two solutions point to. No joint moves further
-        from one solution to the next than ``max_joint_distance`` (where that is not set, 0.5 rad
-        or m): a pose that has no solution so near is NOT_FOUND and the sequence goes on from the
-        last solution before it.
+        The first guess of a pose is where the last two solutions point to (the last solution, for
+        an arm with joints to spare); if that fails, restarts within 0.1 rad or m of the last
+        solution, then further. No joint moves further from one solution to the next than
+        ``max_joint_distance`` (where that is not set, 0.5 rad or m): a pose that has no solution
+        so near is NOT_FOUND and the sequence goes on from the last solution before it.
 
         Args:
             T: (N, 4, 4) poses in order.
