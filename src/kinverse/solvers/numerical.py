@@ -1,6 +1,6 @@
 """Nonlinear least squares with restarts: any serial chain, any task, limits held in every step."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import kernels, se3
 from kinverse.errors import InputError
 from kinverse.robot import Robot
-from kinverse.solutions import Solutions
 from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of
 from kinverse.table import TableLike
 from kinverse.task import as_task
+
+if TYPE_CHECKING:
+    from kinverse.solutions import Solutions
 
 __all__ = ["METHODS", "STOPS", "Numerical"]
 
@@ -158,7 +160,7 @@ class Numerical(Solver):
         q: Array = self._native.refine(T, q_start)[0]
         return q
 
-    def follow(self, T: ArrayLike, q_start: ArrayLike, rng: Rng = None) -> Solutions:
+    def follow(self, T: ArrayLike, q_start: ArrayLike, rng: Rng = None) -> "Solutions":
         """Solve poses in sequence, each from the solution of the one before.
 
         The first guess of a pose is where the last two solutions point to (the last solution, for
@@ -190,7 +192,7 @@ class Numerical(Solver):
             raise InputError(f"q_start must have shape ({self.robot_.dof},), got {start.shape}")
         step = self.options_[3] if np.isfinite(self.options_[3]) else FOLLOW_STEP
         seed = 0 if rng is None else _seed_of(rng)
-        return Solutions(self._native.follow(poses, start, seed, step), self._origin)
+        return self._solutions(self._native.follow(poses, start, seed, step))
 
 
 def _need_seed(q_seed: Any) -> None:
