@@ -126,7 +126,7 @@ def links_between(lines: AxisLines) -> Links:
     last = _frame(z[-1], x, origin) if n > 1 else _frame(z[0], x, origin)
     if n == 1:
         base = last
-    tool = np.linalg.solve(last, lines.T_zero)
+    tool = np.asarray(np.linalg.solve(last, lines.T_zero), dtype=np.float64)
     return Links(a, d, cosine, sine, sign, offset, base, tool)
 
 

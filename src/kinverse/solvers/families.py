@@ -203,7 +203,7 @@ def _scara(lines: AxisLines, kinds: str) -> ClosedFormSpec | None:
         sign=np.sign(lines.direction[order] @ z),
         offset=np.array([0.0, bend, *np.zeros(n - 2)]),
         base=base,
-        tool=np.linalg.solve(base @ wrist, lines.T_zero),
+        tool=np.asarray(np.linalg.solve(base @ wrist, lines.T_zero), dtype=np.float64),
     )
     joint = np.array(order, dtype=np.int32)
     return ClosedFormSpec(Family.SCARA, Regional.PARALLEL_23, False, links, joint, lines.size)
