@@ -26,6 +26,9 @@ constexpr double DAMPING_FLOOR = 1e-14;
 constexpr double STALL_WINDOW = 2.0, STALL_FACTOR = 0.24;
 constexpr int PATIENT_START = 24;
 constexpr double PATIENT_WINDOW = 12.0, PATIENT_FACTOR = 0.5;
+// So does any start that has come this close (squared error): near the boundary of the workspace the
+// last steps only halve the error.
+constexpr double CLOSE = 1e-5, CLOSE_FACTOR = 0.7;
 constexpr double CONVERGED = 0.5;  // part of the tolerances at which a start has converged
 constexpr double HUGE_ERROR = 1e300;
 constexpr double LOST = 1e6;  // joint values beyond this are no longer an iteration
@@ -349,7 +352,8 @@ class LeastSquaresLanes {
       Mask<W> ended = converged, stalled = Mask<W>::all(false);
       if (lm) {
         Mask<W> due = (now - marked) >= load<W>(window);
-        stalled = (due & (error > load<W>(factor) * mark)) | (damping > P(MOST_DAMPING));
+        P allowed = select(error < P(CLOSE), P(CLOSE_FACTOR), load<W>(factor));
+        stalled = (due & (error > allowed * mark)) | (damping > P(MOST_DAMPING));
         mark = select(due, error, mark);
         marked = select(due, now, marked);
         ended = ended | stalled;

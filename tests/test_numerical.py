@@ -225,7 +225,7 @@ def test_out_of_reach_is_not_found_with_its_true_best_error():
         error = np.linalg.norm(reached[:3, 3] - T[i, :3, 3])
         assert s.stats.best_position_error[i] == pytest.approx(error, abs=1e-12)
         assert 1.5 < error < 2.5
-    assert (s._table.counter("starts") == 200).all()
+    assert (s._table.counter("starts") == 1000).all()
 
 
 @pytest.mark.parametrize("size", [1e-3, 1e3])
