@@ -15,12 +15,11 @@ namespace {
 // every configuration goes through the same instructions.
 template <int W>
 KINVERSE_INLINE void gather_joints(const double* q, int dof, long first, long count, Pack<W>* out) {
-  alignas(64) double t[W];
+  const double* rows[W];
+  for (int l = 0; l < W; ++l) rows[l] = q + (first + l < count ? first + l : count - 1) * dof;
   for (int j = 0; j < dof; ++j) {
-    for (int l = 0; l < W; ++l) {
-      long row = first + l < count ? first + l : count - 1;
-      t[l] = q[row * dof + j];
-    }
+    alignas(64) double t[W];
+    for (int l = 0; l < W; ++l) t[l] = rows[l][j];
     out[j] = load<W>(t);
   }
 }
