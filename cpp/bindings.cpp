@@ -142,10 +142,13 @@ nb::object evaluations_of(nb::handle owner, const Table& table) {
   return counts.cast();
 }
 
-nb::object counter_of(nb::handle owner, const Table& table, const std::string& name) {
+// What a method counted under this name; -1 where it did not.
+nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   for (const auto& [known, column] : table.columns)
     if (known == name) return view<std::int64_t>(owner, column, {static_cast<size_t>(column.size())});
-  return nb::none();
+  auto none = owned_array<std::int64_t>({static_cast<size_t>(table.poses())});
+  std::fill_n(none.data(), table.poses(), std::int64_t{-1});
+  return none.cast();
 }
 
 using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
@@ -396,11 +399,12 @@ NB_MODULE(_core, m) {
       .def_prop_ro("evaluations",
                    [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
-      .def("counter",
-           [](nb::handle_t<Table> self, const std::string& name) {
-             return counter_of(self, nb::cast<const Table&>(self), name);
-           },
-           "name"_a)
+      .def_prop_ro("iterations",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "iterations"); })
+      .def_prop_ro("starts",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "starts"); })
+      .def_prop_ro("stop",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "stop"); })
       .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q.cast(); })
       .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error.cast(); })
       .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error.cast(); });

@@ -10,7 +10,7 @@ from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.solutions import Status
 from kinverse.solvers.compose import Seeded
-from kinverse.solvers.numerical import METHODS, STOPS, Numerical
+from kinverse.solvers.numerical import METHODS, Numerical
 from kinverse.task import TASKS
 
 ARMS = ("puma560", "ur5", "panda", "iiwa14")
@@ -225,7 +225,7 @@ def test_out_of_reach_is_not_found_with_its_true_best_error():
         error = np.linalg.norm(reached[:3, 3] - T[i, :3, 3])
         assert s.stats.best_position_error[i] == pytest.approx(error, abs=1e-12)
         assert 1.5 < error < 2.5
-    assert (s._table.counter("starts") == 1000).all()
+    assert (s.stats.starts == 1000).all()
 
 
 @pytest.mark.parametrize("size", [1e-3, 1e3])
@@ -255,9 +255,9 @@ def test_classical_methods_from_a_near_guess(method):
     solver = Numerical(method=method, damping=0.01, max_iterations=500).fit(robot)
     s = solver.solve(robot.fk(q), q_seed=q + rng.normal(size=q.shape) * 0.02)
     assert s.ok.mean() > 0.9
-    assert (s._table.counter("starts") == 1).all()
-    assert (s._table.counter("iterations") >= 1).all()
-    assert s._table.counter("iterations").max() <= 500
+    assert (s.stats.starts == 1).all()
+    assert (s.stats.iterations >= 1).all()
+    assert s.stats.iterations.max() <= 500
 
 
 def test_stop_criteria_of_the_iterative_technique():
@@ -267,7 +267,7 @@ def test_stop_criteria_of_the_iterative_technique():
 
     def stop(**settings):
         solver = Numerical(method="newton_raphson", **settings).fit(robot)
-        return STOPS[solver.solve(T, q_seed=q + 0.05)._table.counter("stop")[0]]
+        return solver.solve(T, q_seed=q + 0.05).stats.stop[0]
 
     assert stop() == "residual"
     assert stop(step_tolerance=10.0) == "step"

@@ -15,15 +15,12 @@ from kinverse.task import as_task
 if TYPE_CHECKING:
     from kinverse.solutions import Solutions
 
-__all__ = ["METHODS", "STOPS", "Numerical"]
+__all__ = ["METHODS", "Numerical"]
 
 Array = NDArray[np.float64]
 
 METHODS = ("lm", "newton_raphson", "gauss_newton", "damped_least_squares")
 """The iterations by name, in the native core's order."""
-
-STOPS = ("residual", "step", "jacobian", "stalled", "iterations", "diverged", "limits")
-"""What ended the start that is answered, in the native core's order."""
 
 MOST = 100_000
 """Upper bound of max_starts and max_iterations: the work of a call stays bounded."""
