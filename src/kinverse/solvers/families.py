@@ -106,6 +106,12 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
     n = robot.dof
     if len(robot.kinds) != n:
         raise NoClosedForm(f"{robot.name}: mimic joints have no closed form; use Numerical")
+    own = np.array_equal(robot.source, np.arange(n)) and not robot.offset.any()
+    if not own or (robot.multiplier != 1.0).any():
+        raise NoClosedForm(
+            f"{robot.name}: joints that stand at a multiple or a shift of their value have no"
+            " closed form; use Numerical"
+        )
     lines = axis_lines(robot.frames, robot.kinds)
     if spec := _scara(lines, robot.kinds):
         return spec
