@@ -25,6 +25,7 @@ RANKS = {
     "optimizers": 1,
     "networks": 2,
     "dh": 2,
+    "dh_table": 2,
     "robot": 2,
     "task": 2,
     "table": 2,
@@ -49,6 +50,8 @@ RANKS = {
 # Neighbours of one rank that may see each other, in this direction.
 BESIDE = {
     ("robot", "dh"),  # Robot.from_dh
+    ("robot", "dh_table"),  # Robot.to_dh
+    ("dh_table", "dh"),
     ("ranking", "table"),
     ("ranking", "task"),
     ("load", "loading"),
