@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.dh import CONVENTIONS
@@ -215,7 +215,7 @@ def _unit(x: Array) -> Array:
     return np.asarray(x / np.linalg.norm(x))
 
 
-def _angle(sine: float, cosine: float) -> float:
+def _angle(sine: ArrayLike, cosine: ArrayLike) -> float:
     return float(np.arctan2(sine, cosine))
 
 
