@@ -30,6 +30,8 @@ RANKS = {
     "dual_quaternion": 2,
     "screw": 2,
     "representations": 3,
+    "velocity": 3,
+    "robot_class": 6,
     "robot": 2,
     "task": 2,
     "table": 2,
