@@ -31,6 +31,9 @@ RANKS = {
     "screw": 2,
     "representations": 3,
     "velocity": 3,
+    "axes": 2,
+    "regional": 3,
+    "singularities": 6,
     "robot_class": 6,
     "robot": 2,
     "task": 2,
@@ -61,6 +64,7 @@ BESIDE = {
     ("ranking", "table"),
     ("ranking", "task"),
     ("load", "loading"),
+    ("robot_class", "singularities"),
 }
 SOLVER_RANKS = {
     "_base": 0,
