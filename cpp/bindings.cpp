@@ -333,6 +333,9 @@ nb::object estimate(const LeastSquares& solver, nb::handle T, nb::handle q_seed,
 }  // namespace
 
 NB_MODULE(_core, m) {
+  // Robots and solvers kept in a script's globals outlive the interpreter's clean-up: no reason to
+  // print a warning on the user's terminal.
+  nb::set_leak_warnings(false);
   m.def("set_threads", &set_thread_count, "count"_a);
   m.def("threads", &thread_count);
   m.def("instruction_sets", [] {
