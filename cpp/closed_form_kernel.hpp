@@ -102,6 +102,34 @@ inline void closed_form_pose(const Chain& chain, const ClosedFormSpec& spec, con
   with_model(spec.family, [&]<class Model>(Model) { solve_pose<Model>(chain, spec, tolerances, T, reference, block); });
 }
 
+// Whether one branch may have joint values for a pose in the interval; an undetermined direction is
+// bisected down to arcs of FINEST.
+template <class Model>
+bool branch_possible(const ClosedFormSpec& spec, const Elements<Interval>& e, const double* signs, int slot, double from,
+                     double to) {
+  constexpr double FINEST = TWO_PI / 131072.0;
+  IntervalContext context;
+  context.open_slot = slot;
+  context.arc_set = slot >= 0;
+  context.arc_from = from;
+  context.arc_to = to;
+  State<Interval> s;
+  Model::first(spec, context, e, Interval(signs[0]), s);
+  if constexpr (Model::stages >= 2) Model::second(spec, context, e, Interval(signs[1]), s);
+  if constexpr (Model::stages >= 3) Model::third(spec, context, Interval(signs[2]), s);
+  if (!context.possible) return false;
+  if (slot < 0) {
+    if (context.open_slot < 0) return true;
+    for (int quarter = 0; quarter < 4; ++quarter)
+      if (branch_possible<Model>(spec, e, signs, context.open_slot, quarter * HALF_PI, (quarter + 1) * HALF_PI)) return true;
+    return false;
+  }
+  if (to - from < FINEST) return true;
+  const double middle = 0.5 * (from + to);
+  return branch_possible<Model>(spec, e, signs, slot, from, middle) ||
+         branch_possible<Model>(spec, e, signs, slot, middle, to);
+}
+
 // Runs every branch on the interval of all poses within the tolerances of T. A branch whose
 // discriminant is negative, or whose condition fails, everywhere in it has no joint values; when all
 // branches are such, no joint values exist.
@@ -123,12 +151,8 @@ inline bool closed_form_unreachable(const ClosedFormSpec& spec, const Tolerances
     for (double i : signs)
       for (double j : signs)
         for (double k : signs) {
-          IntervalContext context;
-          State<Interval> s;
-          Model::first(spec, context, e, Interval(i), s);
-          if constexpr (Model::stages >= 2) Model::second(spec, context, e, Interval(j), s);
-          if constexpr (Model::stages >= 3) Model::third(spec, context, Interval(k), s);
-          possible = possible || context.possible;
+          const double branch[3] = {i, j, k};
+          possible = possible || branch_possible<Model>(spec, e, branch, -1, 0.0, 0.0);
         }
   });
   return !possible;

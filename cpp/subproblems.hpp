@@ -56,11 +56,30 @@ struct IntervalContext {
     if (discriminant.hi < 0.0) possible = false;
     return root_of(discriminant);
   }
-  void direction(Interval& c, Interval& s, Interval, int) {
+  // A direction that the inputs hardly determine (near a singular pose) is looked at arc by arc: the
+  // first such slot is named in `open_slot`, and holds only inside [arc_from, arc_to] once set.
+  int open_slot = -1;
+  bool arc_set = false;
+  double arc_from = 0.0, arc_to = 0.0;
+
+  void direction(Interval& c, Interval& s, Interval, int slot) {
     Interval n = root_of(squared(c) + squared(s));
     auto within_one = [](Interval x) { return Interval(x.lo > -1.0 ? x.lo : -1.0, x.hi < 1.0 ? x.hi : 1.0); };
     c = n.lo > 0.0 ? within_one(quotient(c, n)) : Interval(-1.0, 1.0);
     s = n.lo > 0.0 ? within_one(quotient(s, n)) : Interval(-1.0, 1.0);
+    constexpr double WIDE = 0.05;
+    if (open_slot < 0 && !arc_set && (c.hi - c.lo > WIDE || s.hi - s.lo > WIDE)) open_slot = slot;
+    if (!arc_set || slot != open_slot) return;
+    // no arc crosses a multiple of pi/2 inside, so sine and cosine are monotone on it
+    auto meet = [&](Interval& x, double f, double g) {
+      constexpr double ROUNDING = 1e-15;
+      const double low = (f < g ? f : g) - ROUNDING, high = (f < g ? g : f) + ROUNDING;
+      if (low > x.lo) x.lo = low;
+      if (high < x.hi) x.hi = high;
+      if (x.lo > x.hi) possible = false;
+    };
+    meet(c, __builtin_cos(arc_from), __builtin_cos(arc_to));
+    meet(s, __builtin_sin(arc_from), __builtin_sin(arc_to));
   }
   Interval cosine(Interval c) {
     if (c.lo > 1.0 || c.hi < -1.0) possible = false;
