@@ -3,6 +3,7 @@
 
 #include "chain.hpp"
 #include "closed_form_spec.hpp"
+#include "general_6r_spec.hpp"
 
 namespace kinverse {
 
@@ -59,6 +60,9 @@ struct Kernels {
                            const double* reference, BranchBlock& block);
   // whether no joint values at all meet the tolerances, shown by interval arithmetic
   bool (*closed_form_unreachable)(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T);
+  // one pose of a six-joint arm by one of its eliminations, the roots in the lanes
+  void (*general_6r_pose)(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
+                          const double* T, const double* reference, RootBlock& block);
 };
 
 namespace baseline {
