@@ -3,42 +3,128 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "dispatch.hpp"
+
+long kinverse_weak = 0;
 namespace kinverse {
 namespace {
 
-constexpr double TWO_PI = 6.28318530717958647693;
+constexpr double PI = 3.14159265358979323846;
+constexpr double TWO_PI = 2.0 * PI;
+constexpr double SAME_SOLUTION = 1e-6;
 
-using Link = std::array<double, 12>;
+// Where the evidence of an elimination is too weak to stand alone.
+constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
+constexpr double LEAST_GAP = 1e-5;         // two real roots this close may be one, or three
+constexpr double MOST_NOISE = 1e-6;
+// UNREACHABLE is said if every root is farther off the unit circle than this, and than what the
+// tolerances and the disturbance of the elimination can move a double root.
+constexpr double MARGIN = 0.02;
 
-Link product(const Link& a, const Link& b) {
-  Link c{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 4; ++j) {
-      double sum = j == 3 ? a[4 * i + 3] : 0.0;
-      for (int k = 0; k < 3; ++k) sum += a[4 * i + k] * b[4 * k + j];
-      c[4 * i + j] = sum;
-    }
-  return c;
-}
-Link inverse(const Link& a) {
-  Link c{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) c[4 * i + j] = a[4 * j + i];
-    c[4 * i + 3] = -(a[i] * a[3] + a[4 + i] * a[7] + a[8 + i] * a[11]);
+using Joints = std::array<double, 6>;
+
+struct Root {
+  Joints q;
+  double position_error, rotation_error;
+  bool exact, verified, inside, singular;
+};
+
+struct Evidence {
+  int roots = 0, real = 0;
+  double gap = TWO_PI, off_circle = 1e300, noise = 1.0;
+  bool weak = true;
+};
+
+// One pose: the union of what several eliminations find.
+class Pose {
+ public:
+  Pose(const Chain& chain, double size) : chain_(chain), size_(size) {}
+
+  void clear() {
+    count_ = 0;
+    best_error_ = 1e300;
   }
-  return c;
-}
-Link turn_z(double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0};
-}
-// the counterpart of joint_motion in general_6r_kernel.hpp
-Link motion(bool prismatic, double bend, double v) {
-  if (!prismatic) return turn_z(v);
-  const double half = 0.5 * bend * v, scale = 1.0 / (1.0 + half * half);
-  const double s = 2.0 * half * scale, versed = 2.0 * half * half * scale, c = 1.0 - versed;
-  return {1, 0, 0, 0, 0, c, -s, -v * half * scale, 0, s, c, v * scale};
+  int count() const { return count_; }
+  const Root& operator[](int i) const { return root_[i]; }
+  const Root& best() const { return best_; }
+  bool has_best() const { return best_error_ < 1e300; }
+  int exact() const {
+    return static_cast<int>(std::count_if(root_, root_ + count_, [](const Root& r) { return r.exact; }));
+  }
+
+  double distance(const double* a, const double* b) const {
+    double largest = 0.0;
+    for (int i = 0; i < 6; ++i) {
+      const int j = chain_.source[i];
+      double d = std::fabs(a[j] - b[j]);
+      if (chain_.prismatic[i])
+        d /= size_;
+      else if (d > PI)
+        d = std::fabs(std::remainder(d, TWO_PI));
+      largest = std::max(largest, d);
+    }
+    return largest;
+  }
+
+  void merge(const RootBlock& block) {
+    for (int k = 0; k < block.candidates; ++k) {
+      Root r;
+      for (size_t j = 0; j < 6; ++j) r.q[j] = block.value[j][k];
+      r.position_error = block.value[6][k];
+      r.rotation_error = block.value[7][k];
+      const double error = std::max(r.position_error, r.rotation_error);
+      if (!(error < 1e300)) continue;
+      r.exact = block.exact >> k & 1u;
+      r.verified = block.verified >> k & 1u;
+      r.inside = block.inside >> k & 1u;
+      r.singular = block.singular >> k & 1u;
+      if (error < best_error_) {
+        best_error_ = error;
+        best_ = r;
+      }
+      if (!r.verified) continue;
+      int same = 0;
+      while (same < count_ && distance(root_[same].q.data(), r.q.data()) >= SAME_SOLUTION) ++same;
+      if (same < count_) {
+        const Root& held = root_[same];
+        if (error < std::max(held.position_error, held.rotation_error)) root_[same] = r;
+      } else if (count_ < MOST) {
+        root_[count_++] = r;
+      }
+    }
+  }
+
+  // Branches are numbered by the angle of joint `first`, then by the others. A root that just misses
+  // counts only for a pose that has no exact one.
+  void finish(int first) {
+    if (exact())
+      count_ = static_cast<int>(std::remove_if(root_, root_ + count_, [](const Root& r) { return !r.exact; }) - root_);
+    auto key = [&](const Root& r, int k) {
+      const int i = k == 0 ? first : k - 1, j = chain_.source[i];
+      return chain_.prismatic[i] ? r.q[static_cast<size_t>(j)] : std::remainder(r.q[static_cast<size_t>(j)], TWO_PI);
+    };
+    std::sort(root_, root_ + count_, [&](const Root& a, const Root& b) {
+      for (int k = 0; k < 7; ++k)
+        if (key(a, k) != key(b, k)) return key(a, k) < key(b, k);
+      return false;
+    });
+    count_ = std::min(count_, MAX_ROOTS);
+  }
+
+ private:
+  static constexpr int MOST = 64;  // a pose on a continuum has any number of solutions
+  const Chain& chain_;
+  double size_;
+  Root root_[MOST], best_{};
+  double best_error_ = 1e300;
+  int count_ = 0;
+};
+
+bool is_weak(const RootBlock& block, int distinct) {
+  return block.real != distinct || (block.real & 1) || block.off_circle < LEAST_OFF_CIRCLE || block.gap < LEAST_GAP ||
+         !(block.noise < MOST_NOISE);
 }
 
 class Random {
@@ -56,229 +142,240 @@ class Random {
   std::uint64_t state_;
 };
 
-Link disturbed(const Link& link, double by, Random& random) {
-  if (by == 0.0) return link;
-  const double w[3] = {random.uniform(-by, by), random.uniform(-by, by), random.uniform(-by, by)};
-  const double angle = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-  const double s = std::sin(angle) / angle, c = (1.0 - std::cos(angle)) / (angle * angle);
-  const double hat[3][3] = {{0, -w[2], w[1]}, {w[2], 0, -w[0]}, {-w[1], w[0], 0}};
-  Link m{};
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      double square = 0.0;
-      for (int k = 0; k < 3; ++k) square += hat[i][k] * hat[k][j];
-      m[4 * i + j] = (i == j) + s * hat[i][j] + c * square;
-    }
-    m[4 * i + 3] = random.uniform(-by, by);
+// Joint values for trials and starts: any angle, slides in their limits.
+void random_joints(const Chain& chain, Random& random, double* q) {
+  for (int i = 0; i < 6; ++i) {
+    const int j = chain.source[i];
+    q[j] = chain.prismatic[i] ? random.uniform(chain.lower[j], chain.upper[j]) : random.uniform(-PI, PI);
   }
-  return product(link, m);
 }
 
-// What a joint's values at three points make of the three functions of its basis.
-struct Basis {
-  double point[3];
-  double to_coefficients[3][3];  // [function][point]
-  double power[3][3];            // [function][falling power] of the half-angle, over a common denominator
+class Pass {
+ public:
+  Pass(const Chain& chain, const General6R& arm, double exact, const Choice& choice)
+      : chain_(chain),
+        arm_(arm),
+        choice_(choice),
+        tolerances_{choice.tol_position, choice.tol_rotation, std::min(exact, choice.tol_position),
+                    std::min(exact, choice.tol_rotation), choice.hold_limits},
+        kernels_(active_kernels()),
+        middle_(winding_reference(chain, nullptr, true)),
+        pose_(chain, arm.size) {}
+
+  // All solutions of one pose; returns what an empty answer means.
+  Status find(const double* T, const double* seed, Evidence& evidence) {
+    const double* reference = middle_.data();
+    if (seed) {
+      storage_ = winding_reference(chain_, seed, choice_.hold_limits);
+      reference = storage_.data();
+    }
+    pose_.clear();
+    evidence = Evidence{};
+    bool reachable = false;
+    for (int k = 0; k < arm_.eliminations; ++k) {
+      RootBlock block;
+      kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
+      pose_.merge(block);
+      const bool weak = is_weak(block, pose_.exact());
+      const double margin = std::max(MARGIN, 20.0 * std::sqrt(std::max(tolerances_.position / arm_.size, tolerances_.rotation)));
+      reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE);
+      if (k == 0 || (evidence.weak && !weak)) {
+        evidence = {2 * 8, block.real, block.gap, block.off_circle, block.noise, weak};
+      }
+      // nothing at all is said only if two eliminations agree
+      if (!weak && (pose_.count() || k > 0)) break;
+    }
+    kinverse_weak += evidence.weak;
+    if (evidence.weak) search(T, reference);
+    pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
+    return reachable || evidence.weak || arm_.eliminations < 2 ? Status::not_found : Status::unreachable;
+  }
+
+  const Pose& pose() const { return pose_; }
+
+  void run(const double* T, long poses, const Seeds& seeds, Table& table) {
+    for (long i = 0; i < poses; ++i) {
+      const double* seed = seeds.of(i, 6);
+      Evidence evidence;
+      const Status unsolved = find(T + 16 * i, seed, evidence);
+      write(seed, unsolved, table);
+    }
+  }
+
+ private:
+  // Random starts, and starts around solutions at which the arm is nearly singular (their partners).
+  void search(const double* T, const double* reference) {
+    constexpr int ROUNDS = 4;
+    Random random(0xada);
+    for (int round = 0; round < ROUNDS; ++round) {
+      double starts[MAX_ROOTS][6];
+      const int held = pose_.count();
+      for (auto& start : starts) random_joints(chain_, random, start);
+      if (round < 2 && held)
+        for (int k = 0; k < MAX_ROOTS; ++k) {
+          const double width = k % 2 ? 0.1 : 0.01;
+          for (int i = 0; i < 6; ++i) {
+            const int j = chain_.source[i];
+            starts[k][j] = pose_[k % held].q[static_cast<size_t>(j)] +
+                           random.uniform(-width, width) * (chain_.prismatic[i] ? arm_.size : 1.0);
+          }
+        }
+      RootBlock block;
+      kernels_.general_6r_polish(chain_, arm_.size, tolerances_, T, reference, starts[0], MAX_ROOTS, block);
+      pose_.merge(block);
+    }
+  }
+
+  void write(const double* seed, Status unsolved, Table& table) {
+    int order[MAX_ROOTS], count = 0;
+    double key[MAX_ROOTS];
+    bool singular = false;
+    for (int b = 0; b < pose_.count(); ++b) {
+      const Root& r = pose_[b];
+      unsolved = Status::out_of_limits;
+      if (choice_.hold_limits && !r.inside) continue;
+      singular = singular || r.singular;
+      double largest = 0.0;
+      if (seed)
+        for (size_t j = 0; j < 6; ++j) largest = std::max(largest, std::fabs(r.q[j] - seed[j]));
+      int at = count++;
+      for (; at > 0 && key[at - 1] > largest; --at) {
+        key[at] = key[at - 1];
+        order[at] = order[at - 1];
+      }
+      key[at] = largest;
+      order[at] = b;
+    }
+    for (int k = 0; k < count; ++k) {
+      const Root& r = pose_[order[k]];
+      table.add({r.q.data(), r.position_error, r.rotation_error, order[k], 1});
+    }
+    if (!count && pose_.has_best()) {
+      const Root& r = pose_.best();
+      table.add_best({r.q.data(), r.position_error, r.rotation_error, -1, 1});
+    }
+    table.end_pose(unsolved, singular);
+  }
+
+  const Chain chain_;
+  const General6R& arm_;
+  const Choice& choice_;
+  const Tolerances tolerances_;
+  const Kernels& kernels_;
+  const std::vector<double> middle_;
+  std::vector<double> storage_;
+  Pose pose_;
 };
-Basis basis(bool prismatic, double bend) {
-  Basis b;
-  double value[3][3];  // [point][function]
-  for (int i = 0; i < 3; ++i) {
-    const double v = b.point[i] = prismatic ? i - 1.0 : TWO_PI * i / 3.0;
-    const double w = 1.0 + 0.25 * bend * bend * v * v;
-    value[i][0] = prismatic ? v * v / w : std::cos(v);
-    value[i][1] = prismatic ? v / w : std::sin(v);
-    value[i][2] = 1.0;
-  }
-  auto minor = [&](int r, int c) {
-    const int r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-    return value[r1][c1] * value[r2][c2] - value[r1][c2] * value[r2][c1];
-  };
-  const double determinant = value[0][0] * minor(0, 0) + value[0][1] * minor(0, 1) + value[0][2] * minor(0, 2);
-  for (int f = 0; f < 3; ++f)
-    for (int i = 0; i < 3; ++i) b.to_coefficients[f][i] = minor(i, f) / determinant;
-  const double turn[3][3] = {{-1, 0, 1}, {0, 2, 0}, {1, 0, 1}};
-  const double slide[3][3] = {{1, 0, 0}, {0, 1, 0}, {0.25 * bend * bend, 0, 1}};
-  for (int f = 0; f < 3; ++f)
-    for (int k = 0; k < 3; ++k) b.power[f][k] = prismatic ? slide[f][k] : turn[f][k];
-  return b;
-}
-
-void invariants(const double* p, const double* l, double* f) {
-  double pp = 0.0, pl = 0.0;
-  for (int k = 0; k < 3; ++k) pp += p[k] * p[k], pl += p[k] * l[k];
-  for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    f[k] = p[k];
-    f[3 + k] = l[k];
-    f[8 + k] = p[i] * l[j] - p[j] * l[i];
-    f[11 + k] = pp * l[k] - 2.0 * pl * p[k];
-  }
-  f[6] = pp;
-  f[7] = pl;
-}
-
-// The left side of the 14 equations as products of a's and b's functions, and what takes it away.
-bool remove_left(Elimination& e, const Basis& a, const Basis& b) {
-  constexpr int N = INVARIANTS;
-  double left[N][9] = {};
-  Link link_f, link_a;
-  std::copy_n(e.link[F], 12, link_f.begin());
-  std::copy_n(e.link[A], 12, link_a.begin());
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      Link m = product(inverse(motion(e.prismatic[A], e.bend, a.point[i])), inverse(link_f));
-      m = product(inverse(motion(e.prismatic[B], e.bend, b.point[j])), product(inverse(link_a), m));
-      const double p[3] = {m[3], m[7], m[11]}, l[3] = {m[2], m[6], m[10]};
-      double f[N];
-      invariants(p, l, f);
-      for (int r = 0; r < N; ++r)
-        for (int fa = 0; fa < 3; ++fa)
-          for (int fb = 0; fb < 3; ++fb)
-            left[r][3 * fa + fb] += f[r] * a.to_coefficients[fa][i] * b.to_coefficients[fb][j];
-    }
-  // Householder: Q^T left = [R; 0]
-  double q[N][N] = {};
-  for (int r = 0; r < N; ++r) q[r][r] = 1.0;
-  double m[N][8];
-  for (int r = 0; r < N; ++r) std::copy_n(left[r], 8, m[r]);
-  double smallest = 1e300, largest = 0.0;
-  for (int j = 0; j < 8; ++j) {
-    double n2 = 0.0;
-    for (int r = j; r < N; ++r) n2 += m[r][j] * m[r][j];
-    const double n = std::sqrt(n2), diagonal = m[j][j] > 0.0 ? -n : n;
-    smallest = std::min(smallest, n);
-    largest = std::max(largest, n);
-    if (n == 0.0) return false;
-    double v[N] = {};
-    for (int r = j; r < N; ++r) v[r] = m[r][j];
-    v[j] -= diagonal;
-    const double beta = 1.0 / (n2 - diagonal * m[j][j]);
-    auto reflect = [&](auto& matrix, int columns) {
-      for (int k = 0; k < columns; ++k) {
-        double w = 0.0;
-        for (int r = j; r < N; ++r) w += v[r] * matrix[r][k];
-        for (int r = j; r < N; ++r) matrix[r][k] -= beta * w * v[r];
-      }
-    };
-    reflect(m, 8);
-    reflect(q, N);
-  }
-  if (smallest < 1e-10 * largest) return false;
-  for (int r = 0; r < 6; ++r) std::copy_n(q[8 + r], N, e.annihilate[r]);
-  for (int r = 7; r >= 0; --r)
-    for (int k = 0; k < N; ++k) {
-      double sum = q[r][k];
-      for (int i = r + 1; i < 8; ++i) sum -= m[r][i] * e.recover[i][k];
-      e.recover[r][k] = sum / m[r][r];
-    }
-  auto constant = [&](const double* row) {
-    double sum = 0.0;
-    for (int k = 0; k < N; ++k) sum += row[k] * left[k][8];
-    return sum;
-  };
-  for (int r = 0; r < 6; ++r) e.annihilate_constant[r] = constant(e.annihilate[r]);
-  for (int r = 0; r < 8; ++r) e.recover_constant[r] = constant(e.recover[r]);
-  return true;
-}
-
-void tabulate(Elimination& e, const Basis (&right)[3]) {
-  for (int s = 0; s < PADDED_SAMPLES; ++s) {
-    const int used = std::min(s, SAMPLES - 1), index[3] = {used / 9, used / 3 % 3, used % 3};
-    for (int joint = 0; joint < 3; ++joint) {
-      const Link m = motion(e.prismatic[C + joint], e.bend, right[joint].point[index[joint]]);
-      for (int k = 0; k < 12; ++k) e.motion[joint][k][s] = m[k];
-    }
-    if (s >= SAMPLES) continue;
-    // [basis of c][power of d][power of e]
-    double to_power[2][3];
-    for (int joint = 1; joint < 3; ++joint)
-      for (int power = 0; power < 3; ++power) {
-        double sum = 0.0;
-        for (int f = 0; f < 3; ++f) sum += right[joint].power[f][power] * right[joint].to_coefficients[f][index[joint]];
-        to_power[joint - 1][power] = sum;
-      }
-    for (int k = 0; k < PADDED_SAMPLES; ++k) e.to_coefficients[s][k] = 0.0;
-    for (int f = 0; f < 3; ++f)
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          e.to_coefficients[s][9 * f + 3 * i + j] = right[0].to_coefficients[f][index[0]] * to_power[0][i] * to_power[1][j];
-  }
-}
 
 }  // namespace
 
-double arm_size(const Chain& chain) {
-  double size = 0.0;
-  for (int i = 0; i <= chain.joints; ++i) {
-    const double* m = chain.frames + 12 * i;
-    size += std::sqrt(m[3] * m[3] + m[7] * m[7] + m[11] * m[11]);
-  }
-  return size > 0.0 ? size : 1.0;
+General6RSolver::General6RSolver(OwnedChain chain, double exact)
+    : chain_(std::move(chain)), exact_(exact), size_(arm_size(chain_.view())) {
+  choose();
 }
 
-bool make_elimination(const Chain& chain, double size, int loop, double disturbance, unsigned trial, Elimination& e) {
-  const bool backwards = loop >= 4;
-  const int pose_place = B + loop % 4;
-  Random random(0x5eed + trial);
-  // the loop from its first joint on: joints and the links behind them; the last one holds the pose
-  Link frames[7], walk[6], before, after;
-  for (int i = 0; i < 7; ++i) {
-    std::copy_n(chain.frames + 12 * i, 12, frames[i].begin());
-    for (int k = 3; k < 12; k += 4) frames[i][static_cast<size_t>(k)] /= size;
-    frames[i] = disturbed(frames[i], disturbance, random);
-  }
-  int joint[6];
-  for (int i = 0; i < 6; ++i) joint[i] = backwards ? 5 - i : i;
-  for (int i = 0; i < 5; ++i) walk[i] = backwards ? inverse(frames[5 - i]) : frames[i + 1];
-  before = backwards ? inverse(frames[0]) : frames[6];
-  after = backwards ? inverse(frames[6]) : frames[0];
-  e.pose_inverted = !backwards;
-  e.pose_link = pose_place;
-  e.sign = backwards ? -1.0 : 1.0;
-  e.bend = std::max(disturbance, 1e-5);
-  Link links[6];
-  for (int place = 0; place < 6; ++place) {
-    const int at = (place - pose_place + 5 + 6) % 6;
-    e.joint[place] = joint[at];
-    e.prismatic[place] = chain.prismatic[joint[at]] != 0;
-    links[place] = at == 5 ? Link{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0} : walk[at];
-    e.shift[place] = 0.0;
-  }
-  if (e.prismatic[F] || e.prismatic[C]) return false;
-  // half-angles of d and e are counted from a place where no arm likes to stand
-  for (int place : {int(D), int(E)}) {
-    if (e.prismatic[place]) continue;
-    e.shift[place] = place == D ? 0.731 : 1.217;
-    const Link back = turn_z(-e.shift[place]);
-    if (place == pose_place)
-      before = product(back, before);
-    else
-      links[place] = product(back, links[place]);
-  }
-  for (int place = 0; place < 6; ++place) std::copy_n(links[place].begin(), 12, e.link[place]);
-  std::copy_n(before.begin(), 12, e.before);
-  std::copy_n(after.begin(), 12, e.after);
-  const Basis right[3] = {basis(false, e.bend), basis(e.prismatic[D], e.bend), basis(e.prismatic[E], e.bend)};
-  tabulate(e, right);
-  return remove_left(e, basis(e.prismatic[A], e.bend), basis(e.prismatic[B], e.bend));
-}
+void General6RSolver::choose() {
+  constexpr double DISTURBANCES[] = {0.0, 1e-6, 1e-5, 1e-4};
+  constexpr int FIRST_TRIALS = 6, MORE_TRIALS = 40, FINALISTS = 6, KEPT = 3;
+  const Chain chain = chain_.view();
+  const Kernels& kernels = active_kernels();
+  const Tolerances tolerances{1e-6, 1e-6, exact_, exact_, false};
+  const std::vector<double> middle(6, 0.0);
 
-const TrigTables& trig_tables() {
-  static const TrigTables tables = [] {
-    TrigTables t;
-    for (int i = 0; i < TRIG_SAMPLES; ++i) {
-      const double angle = TWO_PI * i / TRIG_SAMPLES + 0.1;
-      t.c[i] = std::cos(angle);
-      t.s[i] = std::sin(angle);
-      for (int k = 0; k < TRIG_SAMPLES / 2; ++k) {
-        t.re[k][i] = std::cos(k * angle) / TRIG_SAMPLES;
-        t.im[k][i] = -std::sin(k * angle) / TRIG_SAMPLES;
+  struct Entry {
+    Elimination elimination;
+    int loop;
+    double disturbance;
+    double missed = 0.0, found = 0.0, weak = 0.0, noise = 0.0;
+    double score() const { return missed + 0.2 * weak + 0.002 * noise; }
+  };
+  std::vector<Entry> entries;
+  unsigned number = 0;
+  for (double disturbance : DISTURBANCES)
+    for (int loop = 0; loop < LOOPS; ++loop) {
+      Entry entry;
+      entry.loop = loop;
+      entry.disturbance = disturbance;
+      if (make_elimination(chain, size_, loop, disturbance, ++number, entry.elimination)) entries.push_back(entry);
+    }
+  Random random(0x6a);
+  std::vector<Pose> each;
+  auto trial = [&](int count) {
+    for (int t = 0; t < count; ++t) {
+      double q[6], T[16];
+      random_joints(chain, random, q);
+      kernels.forward(chain, q, 1, T);
+      Pose all(chain, size_);
+      all.clear();
+      std::vector<int> held(entries.size());
+      for (size_t k = 0; k < entries.size(); ++k) {
+        const General6R arm{1, size_, &entries[k].elimination, &trig_tables()};
+        RootBlock block;
+        kernels.general_6r_pose(chain, arm, 0, tolerances, T, middle.data(), block);
+        all.merge(block);
+        Pose own(chain, size_);
+        own.clear();
+        own.merge(block);
+        held[k] = own.exact();
+        entries[k].weak += is_weak(block, own.exact());
+        entries[k].noise += std::log10(block.noise + 1e-17) + 17.0 + (block.candidates > 8);
+      }
+      const int known = all.exact();
+      for (size_t k = 0; k < entries.size(); ++k) {
+        entries[k].missed += std::max(0, known - held[k]);
+        entries[k].found += held[k];
       }
     }
-    return t;
-  }();
-  return tables;
+    std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.score() < b.score(); });
+  };
+  trial(FIRST_TRIALS);
+  if (entries.size() > FINALISTS) entries.resize(FINALISTS);
+  trial(MORE_TRIALS);
+  // the next best on another loop is the better second opinion
+  for (size_t k = 2; k < entries.size(); ++k)
+    if (entries.size() > 1 && entries[1].loop == entries[0].loop && entries[k].loop != entries[0].loop) {
+      std::swap(entries[1], entries[k]);
+      break;
+    }
+  if (!entries.empty()) recall_ = entries[0].found / std::max(1.0, entries[0].found + entries[0].missed);
+  for (size_t k = 0; k < entries.size() && k < KEPT; ++k) {
+    eliminations_.push_back(entries[k].elimination);
+    kept_.emplace_back(entries[k].loop, entries[k].disturbance);
+  }
+}
+
+Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
+  std::vector<Table> parts;
+  const long most_parts = std::max(1, thread_count());
+  for (long p = 0; p < most_parts; ++p) parts.emplace_back(6, 0, 0);
+  const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
+  split_over_threads(poses, 16, [&](long first, long last, long part) {
+    Table& table = parts[static_cast<size_t>(part)];
+    table = Table(6, last - first, (last - first) * 8);
+    Pass(chain_.view(), arm, exact_, choice).run(T + 16 * first, last - first, seeds.from(first, 6), table);
+  });
+  for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
+  parts[0].evaluations_each = MAX_ROOTS;
+  return std::move(parts[0]);
+}
+
+void General6RSolver::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q,
+                              std::uint8_t* hint, std::uint8_t* singular) const {
+  const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
+  Pass pass(chain_.view(), arm, exact_, choice);
+  for (long pose = 0; pose < poses; ++pose) {
+    Evidence evidence;
+    hint[pose] = static_cast<std::uint8_t>(pass.find(T + 16 * pose, seeds.of(pose, 6), evidence));
+    singular[pose] = 0;
+    double* row = q + pose * MAX_ROOTS * 6;
+    std::fill_n(row, MAX_ROOTS * 6, std::numeric_limits<double>::quiet_NaN());
+    const Pose& found = pass.pose();
+    for (int b = 0; b < found.count(); ++b, row += 6) {
+      std::copy(found[b].q.begin(), found[b].q.end(), row);
+      singular[pose] = singular[pose] || found[b].singular;
+    }
+    if (!found.count() && found.has_best()) std::copy(found.best().q.begin(), found.best().q.end(), row);
+  }
 }
 
 }  // namespace kinverse

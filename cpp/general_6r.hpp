@@ -1,22 +1,38 @@
-// The eliminations of one six-joint arm: built from its chain, the best of them chosen by trying.
+// Six joints of any kind: every solution by elimination, with evidence of completeness.
 #pragma once
 
 #include <vector>
 
-#include "general_6r_spec.hpp"
-#include "owned_chain.hpp"
+#include "general_6r_setup.hpp"
+#include "verify.hpp"
 
 namespace kinverse {
 
-constexpr int LOOPS = 8;  // places where the pose can stand, times two directions
+class General6RSolver {
+ public:
+  // Tries every elimination on configurations of this arm and keeps the best.
+  // `exact`: the error [m, rad] that rounding explains.
+  General6RSolver(OwnedChain chain, double exact);
 
-// One elimination. `loop` numbers where the pose stands and the direction; `disturbance` moves every
-// link at random by so much of the arm's size and of a radian, which parts the coincidences of
-// specially built arms; `trial` picks the random numbers. False: joints f or c slide, or the
-// equations for a and b are dependent.
-bool make_elimination(const Chain& chain, double size, int loop, double disturbance, unsigned trial, Elimination& e);
+  const OwnedChain& chain() const { return chain_; }
+  // how many of the solutions of the trial poses the first elimination found, 0..1
+  double recall() const { return recall_; }
+  // which eliminations were kept: loop and disturbance
+  const std::vector<std::pair<int, double>>& kept() const { return kept_; }
 
-double arm_size(const Chain& chain);
-const TrigTables& trig_tables();
+  // T (poses, 16), checked; choice.all_windings is not for this path.
+  Table solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
+  // Unverified: q (poses, MAX_ROOTS, 6), rows of NaN behind the last; hint and singular (poses).
+  void propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q, std::uint8_t* hint,
+               std::uint8_t* singular) const;
+
+ private:
+  void choose();
+
+  OwnedChain chain_;
+  double exact_, size_, recall_ = 0.0;
+  std::vector<Elimination> eliminations_;
+  std::vector<std::pair<int, double>> kept_;
+};
 
 }  // namespace kinverse

@@ -348,12 +348,43 @@ KINVERSE_INLINE Pack<W> newton_step(const Chain& chain, double size, const Frame
   return error;
 }
 
+constexpr int MOST_STEPS = 12, SEARCH_STEPS = 40;
+constexpr double SINGULAR_PIVOT = 1e-12;  // of J J^T in units of the arm's size
+
+// Newton steps, then winding, limits and errors; stored from lane `first` of the block on.
+template <int W>
+KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, const Tolerances& tolerances,
+                            const Frame<Pack<W>>& target, const double* reference, Pack<W>* q, RootBlock& block,
+                            int first, int count) {
+  using P = Pack<W>;
+  P pivot;
+  for (int step = 0; step < most_steps; ++step) {
+    const P error = newton_step<W>(chain, size, target, q, pivot);
+    // the step taken has squared the error once more
+    if (!any((error > P(1e-18)) & (error < P(100.0)))) break;
+  }
+  for (int i = 0; i < 6; ++i) {
+    const int j = chain.source[i];
+    if (!chain.prismatic[i])
+      q[j] = wind(q[j], P(reference[j]), P(chain.lower[j]), P(chain.upper[j]), tolerances.hold_limits);
+  }
+  const Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation);
+  for (int j = 0; j < 6; ++j) store(block.value[j] + first, q[j]);
+  store(block.value[6] + first, checked.position_error);
+  store(block.value[7] + first, checked.rotation_error);
+  const unsigned used = count - first < W ? (1u << (count - first)) - 1u : ~0u;
+  const Mask<W> exact = (checked.position_error <= P(tolerances.exact_position)) &
+                        (checked.rotation_error <= P(tolerances.exact_rotation));
+  block.exact |= (lane_bits(exact) & used) << first;
+  block.verified |= (lane_bits(checked.verified) & used) << first;
+  block.inside |= (lane_bits(checked.inside) & used) << first;
+  block.singular |= (lane_bits(pivot < P(SINGULAR_PIVOT)) & used) << first;
+}
+
 // Roots that are not farther off the unit circle than this are tried.
 constexpr double NEAR_CIRCLE = 0.06;
 // A root this near is taken as real in the count.
 constexpr double ON_CIRCLE = 1e-5;
-constexpr int MOST_STEPS = 12;
-
 inline void general_6r_pose(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
                             const double* T, const double* reference, RootBlock& block) {
   constexpr int W = LANES;
@@ -405,33 +436,31 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     P v[6], q[6];
     back_substitute(e, link, six, load<W>(angle), v);
     for (int place = 0; place < 6; ++place) {
-      const int j = e.joint[place];
+      const int i = e.joint[place];
       P value = P(e.sign) * (v[place] - P(e.shift[place]));
-      if (chain.prismatic[j]) value = value * P(arm.size);
-      q[chain.source[j]] = (value - P(chain.offset[j])) * P(1.0 / chain.multiplier[j]);
+      if (chain.prismatic[i]) value = value * P(arm.size);
+      q[chain.source[i]] = (value - P(chain.offset[i])) * P(1.0 / chain.multiplier[i]);
     }
-    P pivot;
-    for (int step = 0; step < MOST_STEPS; ++step) {
-      const P error = newton_step<W>(chain, arm.size, target, q, pivot);
-      // the step taken has squared the error once more
-      if (!any((error > P(1e-18)) & (error < P(100.0)))) break;
+    polish<W>(chain, arm.size, MOST_STEPS, tolerances, target, reference, q, block, first, count);
+  }
+}
+
+// Up to 16 starts q (count, 6) instead of roots: what a search that can only add is made of.
+inline void general_6r_polish(const Chain& chain, double size, const Tolerances& tolerances, const double* T,
+                              const double* reference, const double* starts, int count, RootBlock& block) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  block.exact = block.verified = block.inside = block.singular = 0;
+  block.candidates = count;
+  const Frame<P> target = constant_frame<P>(T);
+  for (int first = 0; first < count; first += W) {
+    P q[6];
+    for (int j = 0; j < 6; ++j) {
+      alignas(64) double t[W];
+      for (int l = 0; l < W; ++l) t[l] = starts[6 * (first + l < count ? first + l : count - 1) + j];
+      q[j] = load<W>(t);
     }
-    for (int i = 0; i < 6; ++i) {
-      const int j = chain.source[i];
-      if (!chain.prismatic[i])
-        q[j] = wind(q[j], P(reference[j]), P(chain.lower[j]), P(chain.upper[j]), tolerances.hold_limits);
-    }
-    const Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation);
-    for (int j = 0; j < 6; ++j) store(block.value[j] + first, q[j]);
-    store(block.value[6] + first, checked.position_error);
-    store(block.value[7] + first, checked.rotation_error);
-    const unsigned used = count - first < W ? (1u << (count - first)) - 1u : ~0u;
-    const Mask<W> exact = (checked.position_error <= P(tolerances.exact_position)) &
-                          (checked.rotation_error <= P(tolerances.exact_rotation));
-    block.exact |= (lane_bits(exact) & used) << first;
-    block.verified |= (lane_bits(checked.verified) & used) << first;
-    block.inside |= (lane_bits(checked.inside) & used) << first;
-    block.singular |= (lane_bits(pivot < P(1e-12)) & used) << first;
+    polish<W>(chain, size, SEARCH_STEPS, tolerances, target, reference, q, block, first, count);
   }
 }
 

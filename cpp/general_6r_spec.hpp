@@ -43,9 +43,7 @@ struct TrigTables {
 
 struct General6R {
   int eliminations;  // best first
-  int always;        // how many of them every pose goes through
   double size;
-  double margin;     // how far off the unit circle roots are that cannot be real
   const Elimination* elimination;
   const TrigTables* tables;
 };

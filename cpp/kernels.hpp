@@ -63,6 +63,9 @@ struct Kernels {
   // one pose of a six-joint arm by one of its eliminations, the roots in the lanes
   void (*general_6r_pose)(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
                           const double* T, const double* reference, RootBlock& block);
+  // the same from up to MAX_ROOTS given starts (count, 6); lengths in units of `size`
+  void (*general_6r_polish)(const Chain& chain, double size, const Tolerances& tolerances, const double* T,
+                            const double* reference, const double* starts, int count, RootBlock& block);
 };
 
 namespace baseline {
