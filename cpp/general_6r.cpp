@@ -122,8 +122,10 @@ class Pose {
   int count_ = 0;
 };
 
-bool is_weak(const RootBlock& block, int distinct) {
-  return block.real != distinct || (block.real & 1) || block.off_circle < LEAST_OFF_CIRCLE || block.gap < LEAST_GAP ||
+// A disturbance moves double roots by its square root.
+bool is_weak(const Elimination& e, const RootBlock& block, int distinct) {
+  const double off_circle = std::max(LEAST_OFF_CIRCLE, 2.0 * std::sqrt(e.disturbance));
+  return block.real != distinct || (block.real & 1) || block.off_circle < off_circle || block.gap < LEAST_GAP ||
          !(block.noise < MOST_NOISE);
 }
 
@@ -176,7 +178,7 @@ class Pass {
       RootBlock block;
       kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
       pose_.merge(block);
-      const bool weak = is_weak(block, pose_.exact());
+      const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
       const double margin = std::max(MARGIN, 20.0 * std::sqrt(std::max(tolerances_.position / arm_.size, tolerances_.rotation)));
       reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE);
       if (k == 0 || (evidence.weak && !weak)) {
@@ -286,8 +288,8 @@ void General6RSolver::choose() {
     Elimination elimination;
     int loop;
     double disturbance;
-    double missed = 0.0, found = 0.0, weak = 0.0, noise = 0.0;
-    double score() const { return missed + 0.2 * weak + 0.002 * noise; }
+    double missed = 0.0, found = 0.0, weak = 0.0, cost = 0.0;
+    double score() const { return missed + 0.3 * weak + cost; }
   };
   std::vector<Entry> entries;
   unsigned number = 0;
@@ -317,8 +319,10 @@ void General6RSolver::choose() {
         own.clear();
         own.merge(block);
         held[k] = own.exact();
-        entries[k].weak += is_weak(block, own.exact());
-        entries[k].noise += std::log10(block.noise + 1e-17) + 17.0 + (block.candidates > 8);
+        entries[k].weak += is_weak(entries[k].elimination, block, own.exact());
+        // all else equal: little disturbance, little noise, one pack of roots
+        entries[k].cost += std::sqrt(entries[k].disturbance) + 0.01 * std::max(0.0, std::log10(block.noise + 1e-17) + 10.0) +
+                           0.002 * (block.candidates > 8);
       }
       const int known = all.exact();
       for (size_t k = 0; k < entries.size(); ++k) {

@@ -236,6 +236,7 @@ bool make_elimination(const Chain& chain, double size, int loop, double disturba
   e.pose_inverted = !backwards;
   e.pose_link = pose_place;
   e.sign = backwards ? -1.0 : 1.0;
+  e.disturbance = disturbance;
   e.bend = std::max(disturbance, 1e-5);
   Link links[6];
   for (int place = 0; place < 6; ++place) {

@@ -25,6 +25,7 @@ struct Elimination {
   int pose_link;      // the link (B..E) that is  before * X * after,  X = T or its inverse
   bool pose_inverted;
   double before[12], after[12];
+  double disturbance; // of the links, in sizes and radians
   double bend;        // how much a slide is bent, see `slide`
   // Joint motions at the sample points of c, d, e: [entry][sample], 12 entries each.
   alignas(64) double motion[3][12][PADDED_SAMPLES];
