@@ -7,7 +7,6 @@
 
 #include "dispatch.hpp"
 
-long kinverse_weak = 0;
 namespace kinverse {
 namespace {
 
@@ -125,7 +124,7 @@ class Pose {
 // A disturbance moves double roots by its square root.
 bool is_weak(const Elimination& e, const RootBlock& block, int distinct) {
   const double off_circle = std::max(LEAST_OFF_CIRCLE, 2.0 * std::sqrt(e.disturbance));
-  return block.real != distinct || (block.real & 1) || block.off_circle < off_circle || block.gap < LEAST_GAP ||
+  return block.real != distinct || (block.real & 1) || block.strayed || block.off_circle < off_circle || block.gap < LEAST_GAP ||
          !(block.noise < MOST_NOISE);
 }
 
@@ -179,7 +178,8 @@ class Pass {
       kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
       pose_.merge(block);
       const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
-      const double margin = std::max(MARGIN, 20.0 * std::sqrt(std::max(tolerances_.position / arm_.size, tolerances_.rotation)));
+      const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
+      const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
       reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE);
       if (k == 0 || (evidence.weak && !weak)) {
         evidence = {2 * 8, block.real, block.gap, block.off_circle, block.noise, weak};
@@ -187,10 +187,9 @@ class Pass {
       // nothing at all is said only if two eliminations agree
       if (!weak && (pose_.count() || k > 0)) break;
     }
-    kinverse_weak += evidence.weak;
-    if (evidence.weak) search(T, reference);
+    if (evidence.weak || !pose_.exact()) search(T, reference);
     pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
-    return reachable || evidence.weak || arm_.eliminations < 2 ? Status::not_found : Status::unreachable;
+    return pose_.count() || reachable || evidence.weak || arm_.eliminations < 2 ? Status::not_found : Status::unreachable;
   }
 
   const Pose& pose() const { return pose_; }
@@ -205,17 +204,18 @@ class Pass {
   }
 
  private:
-  // Random starts, and starts around solutions at which the arm is nearly singular (their partners).
+  // Starts around what is there, for solutions close together, and random ones. Adds, never takes.
   void search(const double* T, const double* reference) {
-    constexpr int ROUNDS = 4;
+    constexpr int ROUNDS = 4, MORE_ROUNDS = 8;
+    constexpr double WIDTHS[] = {0.001, 0.01, 0.03, 0.1};
     Random random(0xada);
-    for (int round = 0; round < ROUNDS; ++round) {
+    for (int round = 0; round < ROUNDS || (round < MORE_ROUNDS && pose_.count() && !pose_.exact()); ++round) {
       double starts[MAX_ROOTS][6];
       const int held = pose_.count();
       for (auto& start : starts) random_joints(chain_, random, start);
-      if (round < 2 && held)
+      if (round != 1 && round != 3 && held)
         for (int k = 0; k < MAX_ROOTS; ++k) {
-          const double width = k % 2 ? 0.1 : 0.01;
+          const double width = WIDTHS[(k / held + round) % 4];
           for (int i = 0; i < 6; ++i) {
             const int j = chain_.source[i];
             starts[k][j] = pose_[k % held].q[static_cast<size_t>(j)] +
@@ -277,8 +277,8 @@ General6RSolver::General6RSolver(OwnedChain chain, double exact)
 }
 
 void General6RSolver::choose() {
-  constexpr double DISTURBANCES[] = {0.0, 1e-6, 1e-5, 1e-4};
-  constexpr int FIRST_TRIALS = 6, MORE_TRIALS = 40, FINALISTS = 6, KEPT = 3;
+  constexpr double DISTURBANCES[] = {0.0, 1e-6, 1e-5};
+  constexpr int FIRST_TRIALS = 6, MORE_TRIALS = 30, KEPT = 3;
   const Chain chain = chain_.view();
   const Kernels& kernels = active_kernels();
   const Tolerances tolerances{1e-6, 1e-6, exact_, exact_, false};
@@ -320,9 +320,10 @@ void General6RSolver::choose() {
         own.merge(block);
         held[k] = own.exact();
         entries[k].weak += is_weak(entries[k].elimination, block, own.exact());
-        // all else equal: little disturbance, little noise, one pack of roots
-        entries[k].cost += std::sqrt(entries[k].disturbance) + 0.01 * std::max(0.0, std::log10(block.noise + 1e-17) + 10.0) +
-                           0.002 * (block.candidates > 8);
+        // all else equal: little disturbance, little noise, roots well apart, one pack of them
+        entries[k].cost += (entries[k].disturbance > 0.0 ? 0.02 : 0.0) + std::sqrt(entries[k].disturbance) + 0.01 * std::max(0.0, std::log10(block.noise + 1e-17) + 10.0) +
+                           0.002 * (block.candidates > 8) +
+                           0.05 * std::max(0.0, -2.0 - std::log10(std::min(block.gap, block.off_circle) + 1e-9));
       }
       const int known = all.exact();
       for (size_t k = 0; k < entries.size(); ++k) {
@@ -333,14 +334,16 @@ void General6RSolver::choose() {
     std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.score() < b.score(); });
   };
   trial(FIRST_TRIALS);
-  if (entries.size() > FINALISTS) entries.resize(FINALISTS);
+  // the best of each loop go on
+  std::vector<bool> seen(LOOPS);
+  entries.erase(std::remove_if(entries.begin(), entries.end(),
+                               [&](const Entry& entry) {
+                                 const bool again = seen[static_cast<size_t>(entry.loop)];
+                                 seen[static_cast<size_t>(entry.loop)] = true;
+                                 return again;
+                               }),
+                entries.end());
   trial(MORE_TRIALS);
-  // the next best on another loop is the better second opinion
-  for (size_t k = 2; k < entries.size(); ++k)
-    if (entries.size() > 1 && entries[1].loop == entries[0].loop && entries[k].loop != entries[0].loop) {
-      std::swap(entries[1], entries[k]);
-      break;
-    }
   if (!entries.empty()) recall_ = entries[0].found / std::max(1.0, entries[0].found + entries[0].missed);
   for (size_t k = 0; k < entries.size() && k < KEPT; ++k) {
     eliminations_.push_back(entries[k].elimination);

@@ -385,6 +385,10 @@ KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, con
 constexpr double NEAR_CIRCLE = 0.06;
 // A root this near is taken as real in the count.
 constexpr double ON_CIRCLE = 1e-5;
+constexpr double FAR_SLIDE = 1e-2;
+// A real root that polishing takes farther than this has ended at another solution.
+constexpr double STRAYED = 1e-2;
+
 inline void general_6r_pose(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
                             const double* T, const double* reference, RootBlock& block) {
   constexpr int W = LANES;
@@ -400,9 +404,10 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
 
   // candidates by angle
   int count = 0;
-  block.real = 0;
+  block.real = block.strayed = 0;
   block.off_circle = 1e300;
   double reals[TRIG_ROOTS];
+  bool is_real[TRIG_ROOTS];
   for (int k = 0; k < TRIG_ROOTS; ++k) {
     alignas(64) double one[1];
     const double r2 = re[k] * re[k] + im[k] * im[k];
@@ -416,8 +421,12 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     // a pair beside the circle may be two real roots that the rounding pushed off it: try both sides
     const double angle = one[0] + (real ? 0.0 : off);
     int at = count++;
-    for (; at > 0 && block.angle[at - 1] > angle; --at) block.angle[at] = block.angle[at - 1];
+    for (; at > 0 && block.angle[at - 1] > angle; --at) {
+      block.angle[at] = block.angle[at - 1];
+      is_real[at] = is_real[at - 1];
+    }
     block.angle[at] = angle;
+    is_real[at] = real;
   }
   block.candidates = count;
   block.gap = TWO_PI;
@@ -435,6 +444,13 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     for (int l = 0; l < W; ++l) angle[l] = block.angle[first + l < count ? first + l : count - 1];
     P v[6], q[6];
     back_substitute(e, link, six, load<W>(angle), v);
+    // a slide so far out that its bend counts is no root of this arm
+    Mask<W> far = Mask<W>::all(false);
+    for (int place = 0; place < 6; ++place)
+      if (e.prismatic[place]) far = far | !(abs(v[place]) < P(FAR_SLIDE / e.bend));
+    const unsigned far_lanes = lane_bits(far);
+    for (int l = 0; l < W && first + l < count; ++l)
+      if (is_real[first + l] && (far_lanes >> l & 1u)) --block.real;
     for (int place = 0; place < 6; ++place) {
       const int i = e.joint[place];
       P value = P(e.sign) * (v[place] - P(e.shift[place]));
@@ -442,6 +458,14 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
       q[chain.source[i]] = (value - P(chain.offset[i])) * P(1.0 / chain.multiplier[i]);
     }
     polish<W>(chain, arm.size, MOST_STEPS, tolerances, target, reference, q, block, first, count);
+    for (int l = 0; l < W && first + l < count; ++l) {
+      if (!is_real[first + l] || (far_lanes >> l & 1u)) continue;
+      const int i = e.joint[C];
+      const double held = chain.multiplier[i] * block.value[chain.source[i]][first + l] + chain.offset[i];
+      double moved = e.sign * held - angle[l];
+      moved -= TWO_PI * __builtin_rint(moved * (1.0 / TWO_PI));
+      if (__builtin_fabs(moved) > STRAYED) ++block.strayed;
+    }
   }
 }
 
