@@ -30,8 +30,10 @@ struct Root {
   bool exact, verified, inside, singular;
 };
 
+// Of the elimination that was trusted, or of the first if none was.
 struct Evidence {
-  int roots = 0, real = 0;
+  int polished = 0;  // starts of the Newton iteration, of all eliminations
+  int real = 0;
   double gap = TWO_PI, off_circle = 1e300, noise = 1.0;
   bool weak = true;
 };
@@ -177,17 +179,18 @@ class Pass {
       RootBlock block;
       kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
       pose_.merge(block);
+      evidence.polished += block.candidates;
       const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
       const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
       const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
       reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE);
       if (k == 0 || (evidence.weak && !weak)) {
-        evidence = {2 * 8, block.real, block.gap, block.off_circle, block.noise, weak};
+        evidence = {evidence.polished, block.real, block.gap, block.off_circle, block.noise, weak};
       }
       // nothing at all is said only if two eliminations agree
       if (!weak && (pose_.count() || k > 0)) break;
     }
-    if (evidence.weak || !pose_.exact()) search(T, reference);
+    if (evidence.weak || !pose_.exact()) evidence.polished += search(T, reference);
     pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
     return pose_.count() || reachable || evidence.weak || arm_.eliminations < 2 ? Status::not_found : Status::unreachable;
   }
@@ -200,16 +203,23 @@ class Pass {
       Evidence evidence;
       const Status unsolved = find(T + 16 * i, seed, evidence);
       write(seed, unsolved, table);
+      table.evaluations.push(evidence.polished);
+      table.columns[0].second.push(evidence.real);
+      table.columns[1].second.push(evidence.weak);
+      table.measures[0].second.push(evidence.gap);
+      table.measures[1].second.push(evidence.off_circle);
+      table.measures[2].second.push(evidence.noise);
     }
   }
 
  private:
   // Starts around what is there, for solutions close together, and random ones. Adds, never takes.
-  void search(const double* T, const double* reference) {
+  int search(const double* T, const double* reference) {
     constexpr int ROUNDS = 4, MORE_ROUNDS = 8;
     constexpr double WIDTHS[] = {0.001, 0.01, 0.03, 0.1};
     Random random(0xada);
-    for (int round = 0; round < ROUNDS || (round < MORE_ROUNDS && pose_.count() && !pose_.exact()); ++round) {
+    int round = 0;
+    for (; round < ROUNDS || (round < MORE_ROUNDS && pose_.count() && !pose_.exact()); ++round) {
       double starts[MAX_ROOTS][6];
       const int held = pose_.count();
       for (auto& start : starts) random_joints(chain_, random, start);
@@ -226,6 +236,7 @@ class Pass {
       kernels_.general_6r_polish(chain_, arm_.size, tolerances_, T, reference, starts[0], MAX_ROOTS, block);
       pose_.merge(block);
     }
+    return round * MAX_ROOTS;
   }
 
   void write(const double* seed, Status unsolved, Table& table) {
@@ -354,35 +365,45 @@ void General6RSolver::choose() {
 Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   std::vector<Table> parts;
   const long most_parts = std::max(1, thread_count());
-  for (long p = 0; p < most_parts; ++p) parts.emplace_back(6, 0, 0);
+  auto empty = [](long part_poses) {
+    Table table(6, part_poses, part_poses * 8);
+    for (const char* name : {"real_roots", "weak"}) table.columns.emplace_back(name, Buffer<std::int64_t>());
+    for (const char* name : {"root_gap", "root_margin", "root_noise"}) table.measures.emplace_back(name, Buffer<double>());
+    return table;
+  };
+  for (long p = 0; p < most_parts; ++p) parts.push_back(empty(0));
   const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
   split_over_threads(poses, 16, [&](long first, long last, long part) {
     Table& table = parts[static_cast<size_t>(part)];
-    table = Table(6, last - first, (last - first) * 8);
+    table = empty(last - first);
     Pass(chain_.view(), arm, exact_, choice).run(T + 16 * first, last - first, seeds.from(first, 6), table);
   });
   for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
-  parts[0].evaluations_each = MAX_ROOTS;
   return std::move(parts[0]);
 }
 
-void General6RSolver::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q,
-                              std::uint8_t* hint, std::uint8_t* singular) const {
+Candidates General6RSolver::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
   Pass pass(chain_.view(), arm, exact_, choice);
-  for (long pose = 0; pose < poses; ++pose) {
+  Candidates all;
+  for (long i = 0; i < poses; ++i) {
     Evidence evidence;
-    hint[pose] = static_cast<std::uint8_t>(pass.find(T + 16 * pose, seeds.of(pose, 6), evidence));
-    singular[pose] = 0;
-    double* row = q + pose * MAX_ROOTS * 6;
-    std::fill_n(row, MAX_ROOTS * 6, std::numeric_limits<double>::quiet_NaN());
+    all.hint.push_back(static_cast<std::uint8_t>(pass.find(T + 16 * i, seeds.of(i, 6), evidence)));
     const Pose& found = pass.pose();
-    for (int b = 0; b < found.count(); ++b, row += 6) {
-      std::copy(found[b].q.begin(), found[b].q.end(), row);
-      singular[pose] = singular[pose] || found[b].singular;
+    auto add = [&](const Root& r, int branch) {
+      all.q.insert(all.q.end(), r.q.begin(), r.q.end());
+      all.pose_index.push_back(i);
+      all.branch.push_back(branch);
+    };
+    bool singular = false;
+    for (int b = 0; b < found.count(); ++b) {
+      add(found[b], b);
+      singular = singular || found[b].singular;
     }
-    if (!found.count() && found.has_best()) std::copy(found.best().q.begin(), found.best().q.end(), row);
+    if (!found.count() && found.has_best()) add(found.best(), -1);
+    all.singular.push_back(singular);
   }
+  return all;
 }
 
 }  // namespace kinverse

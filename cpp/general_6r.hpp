@@ -22,9 +22,8 @@ class General6RSolver {
 
   // T (poses, 16), checked; choice.all_windings is not for this path.
   Table solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
-  // Unverified: q (poses, MAX_ROOTS, 6), rows of NaN behind the last; hint and singular (poses).
-  void propose(const double* T, long poses, const Seeds& seeds, const Choice& choice, double* q, std::uint8_t* hint,
-               std::uint8_t* singular) const;
+  // The solutions unverified; of a pose without any, the nearest miss.
+  Candidates propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
 
  private:
   void choose();

@@ -6,6 +6,7 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 from kinverse._core import (
     Chain,
     ClosedForm,
+    GeneralForm,
     Table,
     instruction_set,
     instruction_sets,
@@ -18,6 +19,7 @@ from kinverse._core import (
 __all__ = [
     "Chain",
     "ClosedForm",
+    "GeneralForm",
     "Table",
     "instruction_set",
     "instruction_sets",

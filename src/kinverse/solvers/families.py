@@ -34,6 +34,7 @@ class Family(IntEnum):
     TWO_AXIS_WRIST = 2
     THREE_PARALLEL_SHORT = 3
     SCARA = 4
+    GENERAL_6R = 5
 
 
 class Regional(IntEnum):
@@ -51,8 +52,12 @@ BRANCH_SIGNS = {
     Family.TWO_AXIS_WRIST: ("shoulder", "elbow"),
     Family.THREE_PARALLEL_SHORT: ("shoulder", "elbow"),
     Family.SCARA: ("elbow",),
+    Family.GENERAL_6R: (),
 }
-"""What the bits of a branch number stand for, the highest bit first."""
+"""What the bits of a branch number stand for, the highest bit first; a general arm has roots."""
+
+MOST_ROOTS = 16
+"""Solutions of a six-joint arm, at most (Lee & Liang 1988)."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,9 @@ class ClosedFormSpec:
 
     @property
     def branch_labels(self) -> tuple[str, ...]:
-        """A name for each branch number: the sign of the root taken at each decision."""
+        """A name for each branch number: the signs taken at each decision, or the rank of the root."""
+        if self.family is Family.GENERAL_6R:
+            return tuple(f"root {rank + 1}" for rank in range(MOST_ROOTS))
         names = BRANCH_SIGNS[self.family]
         labels = []
         for number in range(2 ** len(names)):
@@ -118,6 +125,12 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
                 order = np.arange(n, dtype=np.int32)
                 joint = order[::-1].copy() if is_reversed else order
                 return ClosedFormSpec(*found, is_reversed, links, joint, arm.size)
+    if n == 6:
+        joint = np.arange(n, dtype=np.int32)
+        links = links_between(lines)
+        return ClosedFormSpec(
+            Family.GENERAL_6R, Regional.PARALLEL_23, False, links, joint, lines.size
+        )
     raise NoClosedForm(
         f"{robot.name} ({robot.kinds}) has no closed form here: it was looked for a spherical wrist"
         " at either end, three consecutive parallel axes with the last two meeting, their 5R forms,"
