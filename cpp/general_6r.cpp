@@ -18,6 +18,7 @@ constexpr double SAME_SOLUTION = 1e-6;
 constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
 constexpr double LEAST_GAP = 1e-5;         // two real roots this close may be one, or three
 constexpr double MOST_NOISE = 1e-6;
+constexpr double MOST_BLUR = 1e-6;
 // UNREACHABLE is said if every root is farther off the unit circle than this, and than what the
 // tolerances and the disturbance of the elimination can move a double root.
 constexpr double MARGIN = 0.02;
@@ -127,7 +128,7 @@ class Pose {
 bool is_weak(const Elimination& e, const RootBlock& block, int distinct) {
   const double off_circle = std::max(LEAST_OFF_CIRCLE, 2.0 * std::sqrt(e.disturbance));
   return block.real != distinct || (block.real & 1) || block.strayed || block.off_circle < off_circle || block.gap < LEAST_GAP ||
-         !(block.noise < MOST_NOISE);
+         !(block.noise < MOST_NOISE) || !(block.blur < MOST_BLUR);
 }
 
 class Random {
@@ -183,7 +184,7 @@ class Pass {
       const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
       const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
       const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
-      reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE);
+      reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE) || !(block.blur < 0.1 * margin);
       if (k == 0 || (evidence.weak && !weak)) {
         evidence = {evidence.polished, block.real, block.gap, block.off_circle, block.noise, weak};
       }

@@ -383,6 +383,8 @@ KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, con
 
 // Roots that are not farther off the unit circle than this are tried.
 constexpr double NEAR_CIRCLE = 0.06;
+// Squared: how far off it roots are watched for their accuracy.
+constexpr double WATCHED = 0.6;
 // A root this near is taken as real in the count.
 constexpr double ON_CIRCLE = 1e-5;
 constexpr double FAR_SLIDE = 1e-2;
@@ -429,6 +431,20 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     is_real[at] = real;
   }
   block.candidates = count;
+  // Roots come in pairs (z, 1 / conj z); a real one is its own partner. How badly the computed ones
+  // match tells how well they are known.
+  block.blur = 0.0;
+  for (int k = 0; k < TRIG_ROOTS; ++k) {
+    const double r2 = re[k] * re[k] + im[k] * im[k];
+    if (!(r2 > WATCHED && r2 < 1.0 / WATCHED)) continue;
+    double nearest = 1e300;
+    for (int j = 0; j < TRIG_ROOTS; ++j) {
+      const double dx = re[j] - re[k] / r2, dy = im[j] - im[k] / r2, d = dx * dx + dy * dy;
+      nearest = d < nearest ? d : nearest;
+    }
+    block.blur = nearest > block.blur ? nearest : block.blur;
+  }
+  block.blur = __builtin_sqrt(block.blur);
   block.gap = TWO_PI;
   for (int i = 0; i < block.real; ++i)
     for (int j = 0; j < i; ++j) {

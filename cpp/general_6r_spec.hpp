@@ -60,6 +60,7 @@ struct RootBlock {
   int strayed;        // of these, how many were polished into something else
   double gap;         // smallest between neighbouring real roots [rad]
   double off_circle;  // smallest |log |root|| of the others
+  double blur;        // how far roots are from fulfilling the symmetry they must have
   double noise;       // coefficients that should vanish, as a part of the largest
 };
 
