@@ -12,7 +12,7 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 constexpr double TWO_PI = 2.0 * PI;
-constexpr double SAME_SOLUTION = 1e-6;
+constexpr double SAME_SOLUTION = 1e-6, CLOSE = 1e-4, ROUNDING = 3e-14;
 
 // Where the evidence of an elimination is too weak to stand alone.
 constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
@@ -70,6 +70,8 @@ class Pose {
     return largest;
   }
 
+  void set_target(const double* T) { T_ = T; }
+
   void merge(const RootBlock& block) {
     for (int k = 0; k < block.candidates; ++k) {
       Root r;
@@ -88,7 +90,7 @@ class Pose {
       }
       if (!r.verified) continue;
       int same = 0;
-      while (same < count_ && distance(root_[same].q.data(), r.q.data()) >= SAME_SOLUTION) ++same;
+      while (same < count_ && !are_same(root_[same].q, r.q)) ++same;
       if (same < count_) {
         const Root& held = root_[same];
         if (error < std::max(held.position_error, held.rotation_error)) root_[same] = r;
@@ -116,6 +118,24 @@ class Pose {
   }
 
  private:
+  // Near a double root, rounding scatters what is one: two solutions are also one if the point
+  // between them is a solution to rounding.
+  bool are_same(const Joints& a, const Joints& b) const {
+    const double d = distance(a.data(), b.data());
+    if (d < SAME_SOLUTION || d > CLOSE) return d < SAME_SOLUTION;
+    Joints middle;
+    for (int i = 0; i < 6; ++i) {
+      const size_t j = static_cast<size_t>(chain_.source[i]);
+      const double step = b[j] - a[j];
+      middle[j] = a[j] + 0.5 * (chain_.prismatic[i] ? step : std::remainder(step, TWO_PI));
+    }
+    const std::int64_t first = 0;
+    double position, rotation;
+    active_kernels().measure(chain_, Task::pose, T_, &first, middle.data(), 1, &position, &rotation);
+    return position / size_ < ROUNDING && rotation < ROUNDING;
+  }
+
+  const double* T_ = nullptr;
   static constexpr int MOST = 64;  // a pose on a continuum has any number of solutions
   const Chain& chain_;
   double size_;
@@ -146,6 +166,18 @@ class Random {
   std::uint64_t state_;
 };
 
+// The straight length of the links behind the first joint; without end where a joint slides.
+double arm_reach(const Chain& chain) {
+  double reach = 0.0;
+  for (int i = 1; i <= 6; ++i) {
+    const double* m = chain.frames + 12 * i;
+    reach += std::sqrt(m[3] * m[3] + m[7] * m[7] + m[11] * m[11]);
+  }
+  for (int i = 0; i < 6; ++i)
+    if (chain.prismatic[i]) reach = std::numeric_limits<double>::infinity();
+  return reach;
+}
+
 // Joint values for trials and starts: any angle, slides in their limits.
 void random_joints(const Chain& chain, Random& random, double* q) {
   for (int i = 0; i < 6; ++i) {
@@ -164,7 +196,9 @@ class Pass {
                     std::min(exact, choice.tol_rotation), choice.hold_limits},
         kernels_(active_kernels()),
         middle_(winding_reference(chain, nullptr, true)),
-        pose_(chain, arm.size) {}
+        reach_(arm_reach(chain)),
+        pose_(chain_, arm.size) {}
+  Pass(const Pass&) = delete;
 
   // All solutions of one pose; returns what an empty answer means.
   Status find(const double* T, const double* seed, Evidence& evidence) {
@@ -174,7 +208,12 @@ class Pass {
       reference = storage_.data();
     }
     pose_.clear();
+    pose_.set_target(T);
     evidence = Evidence{};
+    if (is_beyond_reach(T)) {
+      evidence.weak = false;
+      return Status::unreachable;
+    }
     bool reachable = false;
     for (int k = 0; k < arm_.eliminations; ++k) {
       RootBlock block;
@@ -214,6 +253,16 @@ class Pass {
   }
 
  private:
+  // Farther from the first joint than all links in a straight line.
+  bool is_beyond_reach(const double* T) const {
+    double d2 = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double d = T[4 * k + 3] - chain_.frames[4 * k + 3];
+      d2 += d * d;
+    }
+    return d2 > std::pow(reach_ * (1.0 + 1e-12) + tolerances_.position, 2);
+  }
+
   // Starts around what is there, for solutions close together, and random ones. Adds, never takes.
   int search(const double* T, const double* reference) {
     constexpr int ROUNDS = 4, MORE_ROUNDS = 8;
@@ -278,6 +327,7 @@ class Pass {
   const Kernels& kernels_;
   const std::vector<double> middle_;
   std::vector<double> storage_;
+  const double reach_;
   Pose pose_;
 };
 
@@ -321,6 +371,7 @@ void General6RSolver::choose() {
       kernels.forward(chain, q, 1, T);
       Pose all(chain, size_);
       all.clear();
+      all.set_target(T);
       std::vector<int> held(entries.size());
       for (size_t k = 0; k < entries.size(); ++k) {
         const General6R arm{1, size_, &entries[k].elimination, &trig_tables()};
@@ -329,6 +380,7 @@ void General6RSolver::choose() {
         all.merge(block);
         Pose own(chain, size_);
         own.clear();
+        own.set_target(T);
         own.merge(block);
         held[k] = own.exact();
         entries[k].weak += is_weak(entries[k].elimination, block, own.exact());

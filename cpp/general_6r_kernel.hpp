@@ -348,7 +348,7 @@ KINVERSE_INLINE Pack<W> newton_step(const Chain& chain, double size, const Frame
   return error;
 }
 
-constexpr int MOST_STEPS = 12, SEARCH_STEPS = 40;
+constexpr int MOST_STEPS = 30, SEARCH_STEPS = 40;
 constexpr double SINGULAR_PIVOT = 1e-12;  // of J J^T in units of the arm's size
 
 // Newton steps, then winding, limits and errors; stored from lane `first` of the block on.
@@ -357,11 +357,14 @@ KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, con
                             const Frame<Pack<W>>& target, const double* reference, Pack<W>* q, RootBlock& block,
                             int first, int count) {
   using P = Pack<W>;
-  P pivot;
+  // At a double root the error falls by 16 a step and no faster, and roots come apart only in the last
+  // digits: go on as long as some root gains.
+  P pivot, last(1e300);
   for (int step = 0; step < most_steps; ++step) {
     const P error = newton_step<W>(chain, size, target, q, pivot);
-    // the step taken has squared the error once more
-    if (!any((error > P(1e-18)) & (error < P(100.0)))) break;
+    const P wanted = step < 6 ? P(1e300) : P(0.5) * last;
+    if (!any((error > P(1e-27)) & (error < P(100.0)) & (error < wanted))) break;
+    last = error;
   }
   for (int i = 0; i < 6; ++i) {
     const int j = chain.source[i];
