@@ -12,15 +12,15 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 constexpr double TWO_PI = 2.0 * PI;
-constexpr double SAME_SOLUTION = 1e-6, CLOSE = 1e-4, ROUNDING = 3e-14;
+constexpr double SAME_SOLUTION = 1e-6, CLOSE = 1e-3, ROUNDING = 3e-14;
 
 // Where the evidence of an elimination is too weak to stand alone.
 constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
 constexpr double LEAST_GAP = 1e-5;         // two real roots this close may be one, or three
 constexpr double MOST_NOISE = 1e-6;
 constexpr double MOST_BLUR = 1e-6;
-// UNREACHABLE is said if every root is farther off the unit circle than this, and than what the
-// tolerances and the disturbance of the elimination can move a double root.
+// UNREACHABLE is said if in one elimination every root is farther off the unit circle than this and
+// than what the tolerances and the disturbance can move a double root, and nothing contradicts it.
 constexpr double MARGIN = 0.02;
 
 using Joints = std::array<double, 6>;
@@ -90,7 +90,7 @@ class Pose {
       }
       if (!r.verified) continue;
       int same = 0;
-      while (same < count_ && !are_same(root_[same].q, r.q)) ++same;
+      while (same < count_ && !are_same(root_[same], r)) ++same;
       if (same < count_) {
         const Root& held = root_[same];
         if (error < std::max(held.position_error, held.rotation_error)) root_[same] = r;
@@ -119,8 +119,9 @@ class Pose {
 
  private:
   // Near a double root, rounding scatters what is one: two solutions are also one if the point
-  // between them is a solution to rounding.
-  bool are_same(const Joints& a, const Joints& b) const {
+  // between them is a solution to rounding, or as good a one as they are.
+  bool are_same(const Root& one, const Root& other) const {
+    const Joints &a = one.q, &b = other.q;
     const double d = distance(a.data(), b.data());
     if (d < SAME_SOLUTION || d > CLOSE) return d < SAME_SOLUTION;
     Joints middle;
@@ -132,7 +133,8 @@ class Pose {
     const std::int64_t first = 0;
     double position, rotation;
     active_kernels().measure(chain_, Task::pose, T_, &first, middle.data(), 1, &position, &rotation);
-    return position / size_ < ROUNDING && rotation < ROUNDING;
+    return position <= std::max({ROUNDING * size_, one.position_error, other.position_error}) &&
+           rotation <= std::max({ROUNDING, one.rotation_error, other.rotation_error});
   }
 
   const double* T_ = nullptr;
@@ -214,7 +216,7 @@ class Pass {
       evidence.weak = false;
       return Status::unreachable;
     }
-    bool reachable = false;
+    bool shown = false;
     for (int k = 0; k < arm_.eliminations; ++k) {
       RootBlock block;
       kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
@@ -223,16 +225,16 @@ class Pass {
       const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
       const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
       const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
-      reachable = reachable || block.real || block.off_circle < margin || !(block.noise < MOST_NOISE) || !(block.blur < 0.1 * margin);
+      shown = shown || (!weak && !block.real && block.off_circle > margin && block.blur < 0.1 * margin);
       if (k == 0 || (evidence.weak && !weak)) {
         evidence = {evidence.polished, block.real, block.gap, block.off_circle, block.noise, weak};
       }
-      // nothing at all is said only if two eliminations agree
+      // that there is nothing at all is not left to one elimination
       if (!weak && (pose_.count() || k > 0)) break;
     }
     if (evidence.weak || !pose_.exact()) evidence.polished += search(T, reference);
     pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
-    return pose_.count() || reachable || evidence.weak || arm_.eliminations < 2 ? Status::not_found : Status::unreachable;
+    return shown && !pose_.count() ? Status::unreachable : Status::not_found;
   }
 
   const Pose& pose() const { return pose_; }

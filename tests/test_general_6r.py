@@ -281,11 +281,14 @@ def test_poses_out_of_reach_are_shown_to_be_and_no_reachable_one_is():
     robot = general_arm(7)
     solver = kv.Analytic(limits="ignore").fit(robot)
     q, T = poses_of(robot, 400, seed=6)
-    T[:, :3, 3] *= np.linspace(0.5, 6.0, 400)[:, None]
+    T[:, :3, 3] *= np.linspace(0.2, 3.0, 400)[:, None]
+    T[-10:, :3, 3] += 10.0  # farther than all links in a line
     s = solver.solve(T)
     out = s.status == Status.UNREACHABLE
-    assert out[-40:].all() and s.ok.sum() > 100
-    for i in np.flatnonzero(out)[::40]:
+    assert out[-10:].all() and s.ok.sum() > 20
+    # few poses lie so near the edge that nothing can be said
+    assert np.mean(s.status == Status.NOT_FOUND) < 0.1
+    for i in np.flatnonzero(out)[::20]:
         assert len(search(robot, T[i], 100)) == 0
     assert_true(robot, T, s, 50)
 
