@@ -12,7 +12,8 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 constexpr double TWO_PI = 2.0 * PI;
-constexpr double SAME_SOLUTION = 1e-6, CLOSE = 1e-3, ROUNDING = 3e-14;
+constexpr double SAME_SOLUTION = 1e-6, VERY_CLOSE = 2e-5, CLOSE = 1e-3;
+constexpr double ROUNDING = 2.5e-15, UNFINISHED = 1e-12;  // errors in sizes and radians
 
 // Where the evidence of an elimination is too weak to stand alone.
 constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
@@ -46,6 +47,7 @@ class Pose {
 
   void clear() {
     count_ = 0;
+    moved_ = false;
     best_error_ = 1e300;
   }
   int count() const { return count_; }
@@ -70,8 +72,6 @@ class Pose {
     return largest;
   }
 
-  void set_target(const double* T) { T_ = T; }
-
   void merge(const RootBlock& block) {
     for (int k = 0; k < block.candidates; ++k) {
       Root r;
@@ -93,7 +93,10 @@ class Pose {
       while (same < count_ && !are_same(root_[same], r)) ++same;
       if (same < count_) {
         const Root& held = root_[same];
-        if (error < std::max(held.position_error, held.rotation_error)) root_[same] = r;
+        if (error < std::max(held.position_error, held.rotation_error)) {
+          root_[same] = r;
+          moved_ = true;
+        }
       } else if (count_ < MOST) {
         root_[count_++] = r;
       }
@@ -105,6 +108,7 @@ class Pose {
   void finish(int first) {
     if (exact())
       count_ = static_cast<int>(std::remove_if(root_, root_ + count_, [](const Root& r) { return !r.exact; }) - root_);
+    if (moved_) unite();
     auto key = [&](const Root& r, int k) {
       const int i = k == 0 ? first : k - 1, j = chain_.source[i];
       return chain_.prismatic[i] ? r.q[static_cast<size_t>(j)] : std::remainder(r.q[static_cast<size_t>(j)], TWO_PI);
@@ -118,32 +122,37 @@ class Pose {
   }
 
  private:
-  // Near a double root, rounding scatters what is one: two solutions are also one if the point
-  // between them is a solution to rounding, or as good a one as they are.
-  bool are_same(const Root& one, const Root& other) const {
-    const Joints &a = one.q, &b = other.q;
-    const double d = distance(a.data(), b.data());
-    if (d < SAME_SOLUTION || d > CLOSE) return d < SAME_SOLUTION;
-    Joints middle;
-    for (int i = 0; i < 6; ++i) {
-      const size_t j = static_cast<size_t>(chain_.source[i]);
-      const double step = b[j] - a[j];
-      middle[j] = a[j] + 0.5 * (chain_.prismatic[i] ? step : std::remainder(step, TWO_PI));
+  // A root that a better one replaced may have come to lie on another.
+  void unite() {
+    std::sort(root_, root_ + count_, [](const Root& a, const Root& b) {
+      return std::max(a.position_error, a.rotation_error) < std::max(b.position_error, b.rotation_error);
+    });
+    int kept = 0;
+    for (int k = 0; k < count_; ++k) {
+      int same = 0;
+      while (same < kept && !are_same(root_[same], root_[k])) ++same;
+      if (same == kept) root_[kept++] = root_[k];
     }
-    const std::int64_t first = 0;
-    double position, rotation;
-    active_kernels().measure(chain_, Task::pose, T_, &first, middle.data(), 1, &position, &rotation);
-    return position <= std::max({ROUNDING * size_, one.position_error, other.position_error}) &&
-           rotation <= std::max({ROUNDING, one.rotation_error, other.rotation_error});
+    count_ = kept;
   }
 
-  const double* T_ = nullptr;
+  // Near a double root the error hardly changes, and the iteration ends anywhere in some stretch. A
+  // root that is one of its own is left with rounding only; what is not belongs to the one close by.
+  bool are_same(const Root& a, const Root& b) const {
+    const double d = distance(a.q.data(), b.q.data());
+    if (d < SAME_SOLUTION || d > CLOSE) return d < SAME_SOLUTION;
+    const double left = std::max(std::max(a.position_error, b.position_error) / size_,
+                                 std::max(a.rotation_error, b.rotation_error));
+    return left > (d < VERY_CLOSE ? ROUNDING : UNFINISHED);
+  }
+
   static constexpr int MOST = 64;  // a pose on a continuum has any number of solutions
   const Chain& chain_;
   double size_;
   Root root_[MOST], best_{};
   double best_error_ = 1e300;
   int count_ = 0;
+  bool moved_ = false;
 };
 
 // A disturbance moves double roots by its square root.
@@ -210,7 +219,6 @@ class Pass {
       reference = storage_.data();
     }
     pose_.clear();
-    pose_.set_target(T);
     evidence = Evidence{};
     if (is_beyond_reach(T)) {
       evidence.weak = false;
@@ -373,7 +381,6 @@ void General6RSolver::choose() {
       kernels.forward(chain, q, 1, T);
       Pose all(chain, size_);
       all.clear();
-      all.set_target(T);
       std::vector<int> held(entries.size());
       for (size_t k = 0; k < entries.size(); ++k) {
         const General6R arm{1, size_, &entries[k].elimination, &trig_tables()};
@@ -382,7 +389,6 @@ void General6RSolver::choose() {
         all.merge(block);
         Pose own(chain, size_);
         own.clear();
-        own.set_target(T);
         own.merge(block);
         held[k] = own.exact();
         entries[k].weak += is_weak(entries[k].elimination, block, own.exact());

@@ -362,7 +362,7 @@ KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, con
   P pivot, last(1e300);
   for (int step = 0; step < most_steps; ++step) {
     const P error = newton_step<W>(chain, size, target, q, pivot);
-    const P wanted = step < 6 ? P(1e300) : P(0.5) * last;
+    const P wanted = step < 12 ? P(1e300) : P(0.5) * last;
     if (!any((error > P(1e-27)) & (error < P(100.0)) & (error < wanted))) break;
     last = error;
   }
@@ -385,7 +385,7 @@ KINVERSE_INLINE void polish(const Chain& chain, double size, int most_steps, con
 }
 
 // Roots that are not farther off the unit circle than this are tried.
-constexpr double NEAR_CIRCLE = 0.06;
+constexpr double NEAR_CIRCLE = 0.06, NEAR_CIRCLE_DISTURBED = 0.2;
 // Squared: how far off it roots are watched for their accuracy.
 constexpr double WATCHED = 0.6;
 // A root this near is taken as real in the count.
@@ -422,7 +422,7 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     const bool real = distance < ON_CIRCLE;
     if (real) reals[block.real++] = one[0];
     if (!real && distance < block.off_circle) block.off_circle = distance;
-    if (distance > NEAR_CIRCLE) continue;
+    if (distance > (e.disturbance > 0.0 ? NEAR_CIRCLE_DISTURBED : NEAR_CIRCLE)) continue;
     // a pair beside the circle may be two real roots that the rounding pushed off it: try both sides
     const double angle = one[0] + (real ? 0.0 : off);
     int at = count++;

@@ -92,7 +92,7 @@ class ClosedFormSpec:
 
     @property
     def branch_labels(self) -> tuple[str, ...]:
-        """A name for each branch number: the signs taken at each decision, or the rank of the root."""
+        """A name for each branch number: the signs taken, or the rank of the root."""
         if self.family is Family.GENERAL_6R:
             return tuple(f"root {rank + 1}" for rank in range(MOST_ROOTS))
         names = BRANCH_SIGNS[self.family]
