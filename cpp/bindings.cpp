@@ -13,6 +13,7 @@
 #include "analytic.hpp"
 #include "dispatch.hpp"
 #include "general_6r.hpp"
+#include "least_squares_setup.hpp"
 #include "owned_chain.hpp"
 
 namespace nb = nanobind;
@@ -142,10 +143,13 @@ nb::object evaluations_of(nb::handle owner, const Table& table) {
   return counts.cast();
 }
 
-nb::object counter_of(nb::handle owner, const Table& table, const std::string& name) {
+// What a method counted under this name; -1 where it did not.
+nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   for (const auto& [known, column] : table.columns)
     if (known == name) return view<std::int64_t>(owner, column, {static_cast<size_t>(column.size())});
-  return nb::none();
+  auto none = owned_array<std::int64_t>({static_cast<size_t>(table.poses())});
+  std::fill_n(none.data(), table.poses(), std::int64_t{-1});
+  return none.cast();
 }
 
 nb::object measure_of(nb::handle owner, const Table& table, const std::string& name) {
@@ -319,6 +323,54 @@ nb::object propose_general(const GeneralForm& form, nb::handle T, nb::handle q_s
   return rows(found, 6);
 }
 
+// ---- least squares ------------------------------------------------------------------------------
+
+nb::object estimate_arrays(const Estimate& estimate, int dof) {
+  const size_t poses = estimate.found.size();
+  auto q = owned_array<double>({poses, static_cast<size_t>(dof)});
+  std::copy(estimate.q.begin(), estimate.q.end(), q.data());
+  auto copied = [&]<class U>(const std::vector<U>& from) {
+    auto to = owned_array<U>({poses});
+    std::copy(from.begin(), from.end(), to.data());
+    return to;
+  };
+  return nb::make_tuple(q, copied(estimate.found), copied(estimate.evaluations), copied(estimate.iterations),
+                        copied(estimate.starts), copied(estimate.stop));
+}
+
+LeastSquares make_least_squares(const OwnedChain& chain, int task, int method, double tol_position, double tol_rotation,
+                                double weight_position, double weight_rotation, double max_distance, double damping,
+                                double step_tolerance, double gradient_tolerance, int max_starts, int max_iterations,
+                                bool ignore_limits) {
+  require(method >= 0 && method <= static_cast<int>(Method::damped_least_squares), "unknown method");
+  require(max_starts >= 1 && max_starts <= 100000, "max_starts must lie in 1..100000");
+  require(max_iterations >= 1 && max_iterations <= 100000, "max_iterations must lie in 1..100000");
+  require(weight_position > 0.0 && weight_rotation > 0.0, "weights must be positive");
+  require(max_distance >= 0.0, "max_distance must not be negative");
+  return LeastSquares(chain, {make_choice(task, tol_position, tol_rotation, false, ignore_limits),
+                              static_cast<Method>(method), weight_position, weight_rotation, max_distance, damping,
+                              step_tolerance, gradient_tolerance, max_starts, max_iterations});
+}
+
+Table* solve_least_squares(const LeastSquares& solver, nb::handle T, nb::handle q_seed, std::uint64_t seed) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, solver.dof(), call)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(solver.solve(call.T, call.poses, call.seeds, seed));
+}
+
+template <class Work>
+nb::object estimate(const LeastSquares& solver, nb::handle T, nb::handle q_seed, Work work) {
+  PlainCall call;
+  require(plain_call(T, q_seed, solver.dof(), call), "T and q_seed must be checked arrays");
+  std::optional<Estimate> found;
+  {
+    nb::gil_scoped_release unlocked;
+    found = work(call);
+  }
+  return estimate_arrays(*found, solver.dof());
+}
+
 }  // namespace
 
 NB_MODULE(_core, m) {
@@ -390,7 +442,7 @@ NB_MODULE(_core, m) {
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
       .def("counter",
            [](nb::handle_t<Table> self, const std::string& name) {
-             return counter_of(self, nb::cast<const Table&>(self), name);
+             return counter_of(self, nb::cast<const Table&>(self), name.c_str());
            },
            "name"_a)
       .def("measure",
@@ -398,6 +450,12 @@ NB_MODULE(_core, m) {
              return measure_of(self, nb::cast<const Table&>(self), name);
            },
            "name"_a)
+      .def_prop_ro("iterations",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "iterations"); })
+      .def_prop_ro("starts",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "starts"); })
+      .def_prop_ro("stop",
+                   [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "stop"); })
       .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q.cast(); })
       .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error.cast(); })
       .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error.cast(); });
@@ -434,4 +492,43 @@ NB_MODULE(_core, m) {
       .def("solve", &solve_general, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("propose", &propose_general, "T"_a, "q_seed"_a.none() = nb::none());
+
+  nb::class_<LeastSquares>(m, "LeastSquares")
+      .def("__init__",
+           [](LeastSquares* self, const OwnedChain& chain, int task, int method, double tol_position,
+              double tol_rotation, double weight_position, double weight_rotation, double max_distance, double damping,
+              double step_tolerance, double gradient_tolerance, int max_starts, int max_iterations, bool ignore_limits) {
+             new (self) LeastSquares(make_least_squares(chain, task, method, tol_position, tol_rotation, weight_position,
+                                                        weight_rotation, max_distance, damping, step_tolerance,
+                                                        gradient_tolerance, max_starts, max_iterations, ignore_limits));
+           },
+           "chain"_a, "task"_a, "method"_a, "tol_position"_a, "tol_rotation"_a, "weight_position"_a,
+           "weight_rotation"_a, "max_distance"_a, "damping"_a, "step_tolerance"_a, "gradient_tolerance"_a,
+           "max_starts"_a, "max_iterations"_a, "ignore_limits"_a)
+      .def("solve", &solve_least_squares, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+           nb::rv_policy::take_ownership)
+      .def("propose",
+           [](const LeastSquares& solver, nb::handle T, nb::handle q_seed, std::uint64_t seed) {
+             return estimate(solver, T, q_seed,
+                             [&](const PlainCall& call) { return solver.propose(call.T, call.poses, call.seeds, seed); });
+           },
+           "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0)
+      .def("refine",
+           [](const LeastSquares& solver, nb::handle T, In<double, 2> q_start) {
+             require(q_start.shape(1) == static_cast<size_t>(solver.dof()), "one column per free joint");
+             return estimate(solver, T, nb::none(), [&](const PlainCall& call) {
+               require(q_start.shape(0) == static_cast<size_t>(call.poses), "one start per pose");
+               return solver.refine(call.T, call.poses, q_start.data());
+             });
+           },
+           "T"_a, "q_start"_a)
+      .def("follow",
+           [](const LeastSquares& solver, nb::handle T, In<double, 1> q_start, std::uint64_t seed, double max_step) {
+             PlainCall call;
+             require(plain_call(T, nb::none(), solver.dof(), call), "T must be a checked array");
+             require(q_start.shape(0) == static_cast<size_t>(solver.dof()), "one value per free joint");
+             nb::gil_scoped_release unlocked;
+             return new Table(solver.follow(call.T, call.poses, q_start.data(), seed, max_step));
+           },
+           "T"_a, "q_start"_a, "seed"_a, "max_step"_a, nb::rv_policy::take_ownership);
 }

@@ -5,18 +5,22 @@
 #include "general_6r_kernel.hpp"
 
 namespace kinverse::KINVERSE_ISA {
+
+// least_squares.cpp
+void least_squares_lanes(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
+                         const LeastSquaresOutput& out);
+
 namespace {
 
 // Rows of joint values, lane l from configuration first + l; the tail repeats the last one, so that
 // every configuration goes through the same instructions.
 template <int W>
 KINVERSE_INLINE void gather_joints(const double* q, int dof, long first, long count, Pack<W>* out) {
-  alignas(64) double t[W];
+  const double* rows[W];
+  for (int l = 0; l < W; ++l) rows[l] = q + (first + l < count ? first + l : count - 1) * dof;
   for (int j = 0; j < dof; ++j) {
-    for (int l = 0; l < W; ++l) {
-      long row = first + l < count ? first + l : count - 1;
-      t[l] = q[row * dof + j];
-    }
+    alignas(64) double t[W];
+    for (int l = 0; l < W; ++l) t[l] = rows[l][j];
     out[j] = load<W>(t);
   }
 }
@@ -120,7 +124,7 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
     inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
-    general_6r_pose, general_6r_polish,
+    general_6r_pose, general_6r_polish, least_squares_lanes,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

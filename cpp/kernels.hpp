@@ -4,6 +4,7 @@
 #include "chain.hpp"
 #include "closed_form_spec.hpp"
 #include "general_6r_spec.hpp"
+#include "least_squares_problem.hpp"
 
 namespace kinverse {
 
@@ -66,6 +67,9 @@ struct Kernels {
   // the same from up to MAX_ROOTS given starts (count, 6); lengths in units of `size`
   void (*general_6r_polish)(const Chain& chain, double size, const Tolerances& tolerances, const double* T,
                             const double* reference, const double* starts, int count, RootBlock& block);
+  // `count` poses by nonlinear least squares (least_squares.hpp)
+  void (*least_squares)(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
+                        const LeastSquaresOutput& out);
 };
 
 namespace baseline {

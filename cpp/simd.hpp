@@ -94,7 +94,8 @@ struct Pack {
   Real v;
 
   Pack() = default;
-  KINVERSE_INLINE Pack(double x) : v(Real{} + x) {}
+  // x - 0 and not x + 0: it keeps the sign of -0, and compilers know that it is x
+  KINVERSE_INLINE Pack(double x) : v(x - Real{}) {}
   KINVERSE_INLINE Pack(Product<Pack> p) : v(p.a * p.b) {}
   static KINVERSE_INLINE Pack raw(Real x) {
     Pack p;

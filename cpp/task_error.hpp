@@ -62,11 +62,13 @@ template <int W>
 KINVERSE_INLINE Vec3<Pack<W>> rotation_log(const Frame<Pack<W>>& a, const Frame<Pack<W>>& b, Pack<W>& angle) {
   using P = Pack<W>;
   HalfAngle<P> half = half_angle(a, b);
-  angle = P(2.0) * atan2(half.sine, half.cosine);
-  // angle / sin(angle), and 1 where the angle is so small that the two cannot be told apart
-  P sine = P(2.0) * half.sine * half.cosine;
-  P factor = select(half.sine > P(1e-12), angle / max(sine, P(1e-300)), P(1.0));
-  Vec3<P> log = scaled(factor, rotation_moment(a, b));
+  Vec3<P> moment = rotation_moment(a, b);
+  P sine = length(moment);
+  angle = atan2(sine, P(1.0) - P(2.0) * P(half.sine * half.sine));
+  // 1 where the angle is so small that it and its sine cannot be told apart
+  P factor = select(sine > P(1e-12), angle / max(sine, P(1e-300)), P(1.0));
+  factor = select((sine <= P(1e-12)) & (half.sine > P(0.5)), P(0.0), factor);
+  Vec3<P> log = scaled(factor, moment);
   unsigned turned = lane_bits(half.cosine < P(HALF_TURN));
   if (__builtin_expect(turned != 0, 0)) {
     Vec3<P> axis{P(0.0), P(0.0), P(0.0)};

@@ -14,6 +14,8 @@ constexpr double TWO_PI = 6.28318530717958647693;
 constexpr double SAME_SOLUTION = 1e-6;
 constexpr double LIMIT_SLACK = 1e-9;
 
+}  // namespace
+
 std::vector<bool> turning_joints(const Chain& chain) {
   std::vector<bool> turns(static_cast<size_t>(chain.dof), true);
   for (int i = 0; i < chain.joints; ++i) {
@@ -24,6 +26,16 @@ std::vector<bool> turning_joints(const Chain& chain) {
   return turns;
 }
 
+double wind(double q, double reference, double low, double high, bool hold_limits) {
+  q = std::fma(std::nearbyint((reference - q) * (1.0 / TWO_PI)), TWO_PI, q);
+  if (!hold_limits) return q;
+  if (q > high + LIMIT_SLACK && q - TWO_PI >= low - LIMIT_SLACK) return q - TWO_PI;
+  if (q < low - LIMIT_SLACK && q + TWO_PI <= high + LIMIT_SLACK) return q + TWO_PI;
+  return q;
+}
+
+namespace {
+
 // Largest joint distance; whole turns count as nothing where `wrapped`.
 double distance(const double* a, const double* b, int dof, const std::vector<bool>* wrapped) {
   double largest = 0.0;
@@ -33,14 +45,6 @@ double distance(const double* a, const double* b, int dof, const std::vector<boo
     largest = std::max(largest, std::fabs(d));
   }
   return largest;
-}
-
-double wind(double q, double reference, double low, double high, bool hold_limits) {
-  q = std::fma(std::nearbyint((reference - q) * (1.0 / TWO_PI)), TWO_PI, q);
-  if (!hold_limits) return q;
-  if (q > high + LIMIT_SLACK && q - TWO_PI >= low - LIMIT_SLACK) return q - TWO_PI;
-  if (q < low - LIMIT_SLACK && q + TWO_PI <= high + LIMIT_SLACK) return q + TWO_PI;
-  return q;
 }
 
 // Every winding of q inside the limits, or the nearest one if there is none.

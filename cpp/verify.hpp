@@ -40,6 +40,12 @@ struct Candidates {
   std::vector<std::uint8_t> hint, singular;
 };
 
+// Which free joints may be turned by whole turns without moving the arm.
+std::vector<bool> turning_joints(const Chain& chain);
+
+// The winding of a turning joint nearest to `reference`, a turn aside if only that is inside the limits.
+double wind(double q, double reference, double low, double high, bool hold_limits);
+
 // What windings are nearest to: the seed, inside the limits if these hold, else their middle.
 std::vector<double> winding_reference(const Chain& chain, const double* seed, bool hold_limits);
 

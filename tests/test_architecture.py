@@ -25,6 +25,16 @@ RANKS = {
     "optimizers": 1,
     "networks": 2,
     "dh": 2,
+    "dh_table": 2,
+    "pairs": 2,
+    "dual_quaternion": 2,
+    "screw": 2,
+    "representations": 3,
+    "velocity": 3,
+    "axes": 2,
+    "regional": 3,
+    "singularities": 6,
+    "robot_class": 6,
     "robot": 2,
     "task": 2,
     "table": 2,
@@ -49,9 +59,12 @@ RANKS = {
 # Neighbours of one rank that may see each other, in this direction.
 BESIDE = {
     ("robot", "dh"),  # Robot.from_dh
+    ("robot", "dh_table"),  # Robot.to_dh
+    ("dh_table", "dh"),
     ("ranking", "table"),
     ("ranking", "task"),
     ("load", "loading"),
+    ("robot_class", "singularities"),
 }
 SOLVER_RANKS = {
     "_base": 0,

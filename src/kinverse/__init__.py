@@ -25,6 +25,7 @@ from kinverse.solutions import Solutions
 from kinverse.solve import solve
 from kinverse.solvers import FirstOf, Proposal, Seeded, Solver, solver_names
 from kinverse.solvers.analytic import Analytic
+from kinverse.solvers.numerical import Numerical
 from kinverse.status import Status
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "ModelError",
     "NoClosedForm",
     "NoSolution",
+    "Numerical",
     "Proposal",
     "Robot",
     "Seeded",

@@ -8,7 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PARALLEL", "AxisLines", "Links", "axis_lines", "links_between", "reversed_lines"]
+__all__ = [
+    "PARALLEL",
+    "AxisLines",
+    "Links",
+    "any_perpendicular",
+    "axis_lines",
+    "common_normal",
+    "frame_on_axis",
+    "links_between",
+    "reversed_lines",
+]
 
 Array = NDArray[np.float64]
 
@@ -105,14 +115,14 @@ def links_between(lines: AxisLines) -> Links:
             z[i], sign[i] = -z[i], -1.0
     a, d, offset = np.zeros(n), np.zeros(n), np.zeros(n)
     cosine, sine = np.ones(n), np.zeros(n)
-    origin, x = lines.point[0], _any_perpendicular(z[0])
+    origin, x = lines.point[0], any_perpendicular(z[0])
     base = np.eye(4)
     for i in range(n - 1):
-        foot, next_origin, normal, a[i] = _common_normal(
+        foot, next_origin, normal, a[i] = common_normal(
             z[i], origin, z[i + 1], lines.point[i + 1], x, tiny
         )
         if i == 0:
-            base = _frame(z[0], normal, foot)
+            base = frame_on_axis(z[0], normal, foot)
         else:
             d[i] = z[i] @ (foot - origin)
             offset[i] = np.arctan2(np.cross(x, normal) @ z[i], x @ normal)
@@ -123,21 +133,44 @@ def links_between(lines: AxisLines) -> Links:
         elif abs(cosine[i]) < 1e-14:
             cosine[i], sine[i] = 0.0, np.sign(sine[i])
         origin, x = next_origin, normal
-    last = _frame(z[-1], x, origin) if n > 1 else _frame(z[0], x, origin)
+    last = frame_on_axis(z[-1], x, origin) if n > 1 else frame_on_axis(z[0], x, origin)
     if n == 1:
         base = last
-    tool = np.linalg.solve(last, lines.T_zero)
+    tool = np.asarray(np.linalg.solve(last, lines.T_zero), dtype=np.float64)
     return Links(a, d, cosine, sine, sign, offset, base, tool)
 
 
-def _common_normal(
-    z: Array, origin: Array, z_next: Array, point: Array, x: Array, tiny: float
+def common_normal(
+    z: Array,
+    origin: Array,
+    z_next: Array,
+    point: Array,
+    x: Array,
+    tiny: float,
+    parallel: float = PARALLEL,
 ) -> tuple[Array, Array, Array, float]:
-    """Feet on this axis and on the next, the direction from one to the other, and its length."""
+    """The shortest way from one axis to the next.
+
+    Args:
+        z: (3,) direction of this axis, a unit vector.
+        origin: (3,) a point on it [m]; the normal of parallel axes starts here.
+        z_next: (3,) direction of the next axis.
+        point: (3,) a point on it [m].
+        x: (3,) the direction to keep where both are the same line.
+        tiny: length [m] below which the axes meet.
+        parallel: sine of the angle below which they count as parallel.
+
+    Returns:
+        Feet on this axis and on the next, the direction from one to the other, and its length.
+
+    Example:
+        >>> common_normal(z, p, z_next, p_next, x, 1e-9)[3]
+        0.15
+    """
     between = point - origin
     across = np.cross(z, z_next)
     s2 = across @ across
-    if s2 < PARALLEL**2:
+    if s2 < parallel**2:
         normal = between - (between @ z) * z
         length = float(np.linalg.norm(normal))
         if length < tiny:  # the same line: any direction will do, so keep the last one
@@ -153,13 +186,15 @@ def _common_normal(
     return foot, next_foot, normal * np.sign(length), abs(length)
 
 
-def _any_perpendicular(z: Array) -> Array:
+def any_perpendicular(z: Array) -> Array:
+    """A unit vector square to z (3,)."""
     x = np.eye(3)[np.argmin(np.abs(z))]
     x = x - (x @ z) * z
     return np.asarray(x / np.linalg.norm(x))
 
 
-def _frame(z: Array, x: Array, origin: Array) -> Array:
+def frame_on_axis(z: Array, x: Array, origin: Array) -> Array:
+    """The (4, 4) frame at origin with these z and x axes, which are square to each other."""
     T = np.eye(4)
     T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, origin
     return T

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse import dh, kernels, se3
+from kinverse.dh_table import DHTable, dh_table
 from kinverse.errors import InputError
+from kinverse.geometry import axis_lines
 
 __all__ = ["LIMIT_SLACK", "Robot"]
 
@@ -167,6 +169,37 @@ class Robot:
             source_note=source_note,
             unverified=unverified,
         )
+
+    def to_dh(self, convention: str = "standard") -> DHTable:
+        """The arm as a table of Denavit-Hartenberg rows, by the geometry of its axes.
+
+        Frames are assigned by the five steps of the thesis of Jha (2015), section 4.2.3. Joint
+        values keep their meaning: no sign and no zero is changed. Base and tool transforms take
+        what rows cannot hold; axes that are parallel but for less than 1e-3 rad get a fixed row
+        "F" between them, as no single row describes them well (Hayati & Mirmirani 1985).
+
+        Args:
+            convention: "standard" or "modified", as in :meth:`from_dh`.
+
+        Raises:
+            InputError: an unknown convention, or joints that follow another one (mimic joints).
+
+        Example:
+            >>> table = robot.to_dh("modified")
+            >>> same = Robot.from_dh(**table.arguments())
+        """
+        own = np.arange(len(self.kinds), dtype=np.int32)
+        if len(own) != self.dof or (self.source != own).any() or (self.multiplier != 1.0).any():
+            raise InputError(
+                f"robot {self.name!r} has joints that follow others or count in another measure"
+                " (mimic joints): DH rows cannot hold them; lock them, or use its frames"
+            )
+        frames = self.frames.copy()
+        for i, kind in enumerate(self.kinds):
+            if self.offset[i] != 0.0:
+                frames[i] = frames[i] @ dh.motion(kind, self.offset[i])
+        lines = axis_lines(frames, self.kinds)
+        return dh_table(lines, self.kinds, convention, self.limits, self.joint_names, self.name)
 
     # ------------------------------------------------------------------ kinematics
     @property

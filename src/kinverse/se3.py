@@ -23,7 +23,10 @@ __all__ = [
     "inverse",
     "nearest_rotation",
     "pose",
+    "quat_conjugate",
     "quat_from_rotation",
+    "quat_multiply",
+    "quat_rotate",
     "rotation_exp",
     "rotation_from_axis",
     "rotation_from_quat",
@@ -362,6 +365,27 @@ def quat_from_rotation(R: ArrayLike) -> Array:
     q = np.take_along_axis(rows, best[..., None, None], axis=-2)[..., 0, :]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     return np.asarray(np.where(q[..., :1] < 0.0, -q, q)) + 0.0
+
+
+def quat_multiply(a: ArrayLike, b: ArrayLike) -> Array:
+    """Hamilton's product of quaternions w, x, y, z (..., 4), ``ij = k``: b acts first."""
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    r, v, s, u = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    scalar = r * s - (v * u).sum(axis=-1, keepdims=True)
+    return np.concatenate([scalar, r * u + s * v + np.cross(v, u)], axis=-1)
+
+
+def quat_conjugate(wxyz: ArrayLike) -> Array:
+    """The conjugate (..., 4); the inverse of a unit quaternion."""
+    return np.asarray(np.asarray(wxyz, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0]))
+
+
+def quat_rotate(wxyz: ArrayLike, points: ArrayLike) -> Array:
+    """Points (..., 3) turned by unit quaternions (..., 4): ``h x h^-1``."""
+    q, x = np.asarray(wxyz, dtype=np.float64), np.asarray(points, dtype=np.float64)
+    v = q[..., 1:]
+    twice = 2.0 * np.cross(v, x)
+    return np.asarray(x + q[..., :1] * twice + np.cross(v, twice))
 
 
 def rotation_from_axis(axis: ArrayLike, angle: ArrayLike) -> Array:

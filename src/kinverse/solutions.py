@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import ranking, se3
 from kinverse.errors import InputError, NoSolution
-from kinverse.status import Status
+from kinverse.status import STOPS, Status
 from kinverse.table import TableLike, kept, replaced, taken
 from kinverse.task import Task
 
@@ -51,6 +51,21 @@ class Stats:
     def evaluations(self) -> Ints:
         """(N,) forward kinematics evaluations spent on each pose."""
         return self._table.evaluations
+
+    @property
+    def iterations(self) -> Ints:
+        """(N,) steps of the start that is answered; -1 where a method does not iterate."""
+        return self._table.iterations
+
+    @property
+    def starts(self) -> Ints:
+        """(N,) starts begun; -1 where a method has none."""
+        return self._table.starts
+
+    @property
+    def stop(self) -> NDArray[np.str_]:
+        """(N,) why the answered start ended, one of ``kinverse.status.STOPS``, or ""."""
+        return np.array([*STOPS, ""])[self._table.stop]
 
     @property
     def singular(self) -> Bools:

@@ -2,7 +2,12 @@
 
 from enum import IntEnum
 
-__all__ = ["Status"]
+__all__ = ["STOPS", "Status"]
+
+STOPS = ("residual", "step", "jacobian", "stalled", "iterations", "diverged", "limits")
+"""Why the start of an iteration ended, in the native core's order: the residual, the step or the
+gradient J^T e fell below its tolerance; the error stopped falling; the steps ran out; the numbers
+left all bounds; the joint limits were missed at the end."""
 
 
 class Status(IntEnum):

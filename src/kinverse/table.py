@@ -31,6 +31,9 @@ PER_POSE = (
     "count",
     "singular",
     "evaluations",
+    "iterations",
+    "starts",
+    "stop",
     "best_q",
     "best_position_error",
     "best_rotation_error",
@@ -77,6 +80,18 @@ class TableLike(Protocol):
         """(N,)."""
 
     @property
+    def iterations(self) -> Ints:
+        """(N,) steps of the answered start; -1 where a method does not iterate."""
+
+    @property
+    def starts(self) -> Ints:
+        """(N,) starts begun; -1 likewise."""
+
+    @property
+    def stop(self) -> Ints:
+        """(N,) number of the reason in ``status.STOPS``; -1 likewise."""
+
+    @property
     def best_q(self) -> Array:
         """(N, n) NaN where there was no candidate."""
 
@@ -102,6 +117,9 @@ class Table:
     count: Ints
     singular: Bools
     evaluations: Ints
+    iterations: Ints
+    starts: Ints
+    stop: Ints
     best_q: Array
     best_position_error: Array
     best_rotation_error: Array

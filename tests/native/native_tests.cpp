@@ -8,6 +8,7 @@
 
 #include "analytic.hpp"
 #include "dispatch.hpp"
+#include "least_squares_setup.hpp"
 
 namespace kinverse {
 namespace baseline {
@@ -172,6 +173,29 @@ void exercise_closed_forms() {
   }
 }
 
+void exercise_least_squares() {
+  for (int round = 0; round < 60; ++round) {
+    const OwnedChain chain = random_chain(round % 8 == 0 ? 16 : 1 + static_cast<int>(generator() % 8), round % 3 == 0);
+    const long count = 1 + static_cast<long>(generator() % 19);
+    const auto T = poses(count, round % 4 == 0);
+    const auto seeds = numbers(static_cast<size_t>(count * chain.dof()), round % 5 == 0);
+    LeastSquaresSettings settings;
+    settings.choice.task = static_cast<Task>(round % 5);
+    settings.choice.hold_limits = round % 6 != 0;
+    settings.method = static_cast<Method>(round / 2 % 4);
+    settings.damping = 0.1;
+    settings.max_starts = round % 2 ? 7 : 30;
+    settings.max_iterations = 20;
+    if (round % 7 == 0) settings.max_distance = 0.5;
+    const LeastSquares solver(chain, settings);
+    const Seeds seed_rows = round % 2 || round % 7 == 0 ? Seeds{seeds.data(), false} : Seeds{};
+    if (solver.solve(T.data(), count, seed_rows, generator()).poses() != count) std::abort();
+    solver.propose(T.data(), count, seed_rows, 3);
+    solver.refine(T.data(), count, seeds.data());
+    if (solver.follow(T.data(), count, seeds.data(), 1, 0.3).poses() != count) std::abort();
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -188,8 +212,10 @@ int main() {
     exercise_kinematics();
     exercise_verification();
     exercise_closed_forms();
+    exercise_least_squares();
     set_thread_count(2);
     exercise_closed_forms();
+    exercise_least_squares();
     set_thread_count(1);
   }
   std::printf(passed ? "native tests passed\n" : "native tests FAILED\n");

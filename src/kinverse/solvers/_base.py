@@ -243,6 +243,10 @@ class Solver:
         task = self._origin.task
         return verify_table(self.robot_, task, T, proposal, q_seed, self.settings_)
 
+    def _solutions(self, table: TableLike) -> Solutions:
+        """A verified native table as the answer of a method beside ``solve``."""
+        return Solutions(table, self._origin)
+
     def _rebind(self) -> None:
         task = as_task(self.settings_.task)
         self._origin = Origin(self.robot_, task, self.branch_labels_)

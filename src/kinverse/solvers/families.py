@@ -117,6 +117,12 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
     n = robot.dof
     if len(robot.kinds) != n:
         raise NoClosedForm(f"{robot.name}: mimic joints have no closed form; use Numerical")
+    own = np.array_equal(robot.source, np.arange(n)) and not robot.offset.any()
+    if not own or (robot.multiplier != 1.0).any():
+        raise NoClosedForm(
+            f"{robot.name}: joints that stand at a multiple or a shift of their value have no"
+            " closed form; use Numerical"
+        )
     lines = axis_lines(robot.frames, robot.kinds)
     if spec := _scara(lines, robot.kinds):
         return spec
@@ -234,7 +240,7 @@ def _scara(lines: AxisLines, kinds: str) -> ClosedFormSpec | None:
         sign=np.sign(lines.direction[order] @ z),
         offset=np.array([0.0, bend, *np.zeros(n - 2)]),
         base=base,
-        tool=np.linalg.solve(base @ wrist, lines.T_zero),
+        tool=np.asarray(np.linalg.solve(base @ wrist, lines.T_zero), dtype=np.float64),
     )
     joint = np.array(order, dtype=np.int32)
     return ClosedFormSpec(Family.SCARA, Regional.PARALLEL_23, False, links, joint, lines.size)

@@ -1,0 +1,1 @@
+"""Studies of the source documents: their methods rebuilt, their claims measured."""
