@@ -6,14 +6,6 @@
 
 namespace kinverse {
 
-// Rows q with the pose and branch of each; hint and singular per pose.
-struct Candidates {
-  std::vector<double> q;
-  std::vector<std::int64_t> pose_index;
-  std::vector<std::int32_t> branch;
-  std::vector<std::uint8_t> hint, singular;
-};
-
 class Analytic {
  public:
   // `exact`: the error [m, rad] that rounding, and the fit of the closed form to the chain, explain.

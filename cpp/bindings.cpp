@@ -12,6 +12,7 @@
 
 #include "analytic.hpp"
 #include "dispatch.hpp"
+#include "general_6r.hpp"
 #include "least_squares_setup.hpp"
 #include "owned_chain.hpp"
 
@@ -151,6 +152,12 @@ nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   return none.cast();
 }
 
+nb::object measure_of(nb::handle owner, const Table& table, const std::string& name) {
+  for (const auto& [known, column] : table.measures)
+    if (known == name) return view<double>(owner, column, {static_cast<size_t>(column.size())});
+  return nb::none();
+}
+
 using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
 // The poses and seeds of a call when they are plain arrays that can be used as they stand. Anything
@@ -267,19 +274,53 @@ Table* solve_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed
   return new Table(form.analytic.solve(call.T, call.poses, call.seeds, form.choice));
 }
 
+nb::object rows(const Candidates& found, int dof) {
+  const size_t count = found.branch.size(), poses = found.hint.size();
+  return nb::make_tuple(copied<double>(found.q, {count, static_cast<size_t>(dof)}),
+                        copied<std::int64_t>(found.pose_index, {count}), copied<std::int32_t>(found.branch, {count}),
+                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}));
+}
+
 nb::object propose_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed) {
   PlainCall call;
-  const ClosedFormSpec& spec = form.analytic.spec();
-  if (!plain_call(T, q_seed, spec.dof, call)) return nb::none();
+  if (!plain_call(T, q_seed, form.analytic.spec().dof, call)) return nb::none();
   Candidates found;
   {
     nb::gil_scoped_release unlocked;
     found = form.analytic.propose(call.T, call.poses, call.seeds, form.choice);
   }
-  const size_t count = found.branch.size(), poses = found.hint.size();
-  return nb::make_tuple(copied<double>(found.q, {count, static_cast<size_t>(spec.dof)}),
-                        copied<std::int64_t>(found.pose_index, {count}), copied<std::int32_t>(found.branch, {count}),
-                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}));
+  return rows(found, form.analytic.spec().dof);
+}
+
+// ---- six joints of any kind ---------------------------------------------------------------------
+
+struct GeneralForm {
+  General6RSolver solver;
+  Choice choice;
+};
+
+GeneralForm make_general(const OwnedChain& chain, double tol_position, double tol_rotation, bool ignore_limits,
+                         double exact) {
+  require(chain.dof() == 6 && chain.joints() == 6, "the general form is for six joints, none a mimic");
+  return {General6RSolver(chain, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
+}
+
+Table* solve_general(const GeneralForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, 6, call)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(form.solver.solve(call.T, call.poses, call.seeds, form.choice));
+}
+
+nb::object propose_general(const GeneralForm& form, nb::handle T, nb::handle q_seed) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, 6, call)) return nb::none();
+  Candidates found;
+  {
+    nb::gil_scoped_release unlocked;
+    found = form.solver.propose(call.T, call.poses, call.seeds, form.choice);
+  }
+  return rows(found, 6);
 }
 
 // ---- least squares ------------------------------------------------------------------------------
@@ -402,6 +443,16 @@ NB_MODULE(_core, m) {
       .def_prop_ro("evaluations",
                    [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
+      .def("counter",
+           [](nb::handle_t<Table> self, const std::string& name) {
+             return counter_of(self, nb::cast<const Table&>(self), name.c_str());
+           },
+           "name"_a)
+      .def("measure",
+           [](nb::handle_t<Table> self, const std::string& name) {
+             return measure_of(self, nb::cast<const Table&>(self), name);
+           },
+           "name"_a)
       .def_prop_ro("iterations",
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "iterations"); })
       .def_prop_ro("starts",
@@ -431,6 +482,19 @@ NB_MODULE(_core, m) {
       .def("solve", &solve_closed_form, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("propose", &propose_closed_form, "T"_a, "q_seed"_a.none() = nb::none());
+
+  nb::class_<GeneralForm>(m, "GeneralForm")
+      .def("__init__",
+           [](GeneralForm* self, const OwnedChain& chain, double tol_position, double tol_rotation, bool ignore_limits,
+              double exact) {
+             new (self) GeneralForm(make_general(chain, tol_position, tol_rotation, ignore_limits, exact));
+           },
+           "chain"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
+      .def_prop_ro("recall", [](const GeneralForm& form) { return form.solver.recall(); })
+      .def_prop_ro("eliminations", [](const GeneralForm& form) { return static_cast<int>(form.solver.kept().size()); })
+      .def("solve", &solve_general, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+           nb::rv_policy::take_ownership)
+      .def("propose", &propose_general, "T"_a, "q_seed"_a.none() = nb::none());
 
   nb::class_<LeastSquares>(m, "LeastSquares")
       .def("__init__",

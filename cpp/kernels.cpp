@@ -2,6 +2,7 @@
 #include "kernels.hpp"
 
 #include "closed_form_kernel.hpp"
+#include "general_6r_kernel.hpp"
 
 namespace kinverse::KINVERSE_ISA {
 
@@ -123,7 +124,7 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
     inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
-    least_squares_lanes,
+    general_6r_pose, general_6r_polish, least_squares_lanes,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -3,6 +3,7 @@
 
 #include "chain.hpp"
 #include "closed_form_spec.hpp"
+#include "general_6r_spec.hpp"
 #include "least_squares_problem.hpp"
 
 namespace kinverse {
@@ -60,6 +61,12 @@ struct Kernels {
                            const double* reference, BranchBlock& block);
   // whether no joint values at all meet the tolerances, shown by interval arithmetic
   bool (*closed_form_unreachable)(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T);
+  // one pose of a six-joint arm by one of its eliminations, the roots in the lanes
+  void (*general_6r_pose)(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
+                          const double* T, const double* reference, RootBlock& block);
+  // the same from up to MAX_ROOTS given starts (count, 6); lengths in units of `size`
+  void (*general_6r_polish)(const Chain& chain, double size, const Tolerances& tolerances, const double* T,
+                            const double* reference, const double* starts, int count, RootBlock& block);
   // `count` poses by nonlinear least squares (least_squares.hpp)
   void (*least_squares)(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
                         const LeastSquaresOutput& out);

@@ -32,6 +32,14 @@ struct Candidate {
   bool exact = false;  // no more off than rounding explains
 };
 
+// Rows q with the pose and branch of each; hint and singular per pose.
+struct Candidates {
+  std::vector<double> q;
+  std::vector<std::int64_t> pose_index;
+  std::vector<std::int32_t> branch;
+  std::vector<std::uint8_t> hint, singular;
+};
+
 // Which free joints may be turned by whole turns without moving the arm.
 std::vector<bool> turning_joints(const Chain& chain);
 

@@ -6,6 +6,7 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 from kinverse._core import (
     Chain,
     ClosedForm,
+    GeneralForm,
     LeastSquares,
     Table,
     instruction_set,
@@ -19,6 +20,7 @@ from kinverse._core import (
 __all__ = [
     "Chain",
     "ClosedForm",
+    "GeneralForm",
     "LeastSquares",
     "Table",
     "instruction_set",

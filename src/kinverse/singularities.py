@@ -32,6 +32,8 @@ def singularities(spec: ClosedFormSpec) -> tuple[Singularity, ...]:
         ['shoulder', 'elbow', 'wrist']
     """
     axes = [str(int(joint) + 1) for joint in spec.joint]
+    if spec.family is Family.GENERAL_6R:
+        return ()
     if spec.family is Family.SCARA:
         listed = ", ".join(sorted(axes[:2])) + f" and {axes[2]}"
         return (

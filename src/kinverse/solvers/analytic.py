@@ -9,7 +9,7 @@ from kinverse import kernels
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Solver
-from kinverse.solvers.families import ClosedFormSpec, closed_form_spec
+from kinverse.solvers.families import ClosedFormSpec, Family, closed_form_spec
 
 __all__ = ["Analytic"]
 
@@ -77,9 +77,25 @@ class Analytic(Solver):
 
     def _bind(self) -> None:
         spec, settings = self.spec_, self.settings_
+        tolerances = (
+            float(settings.tol_position),
+            float(settings.tol_rotation),
+            settings.limits == "ignore",
+            EXACT * max(1.0, spec.size),
+        )
+        self._form: Any
+        if spec.family is Family.GENERAL_6R:
+            self._form = kernels.GeneralForm(self.robot_.chain, *tolerances)
+        else:
+            self._form = self._special_form(tolerances)
+        if settings.windings == "nearest":
+            self._fused = self._form.solve
+
+    def _special_form(self, tolerances: tuple[float, float, bool, float]) -> Any:
+        spec = self.spec_
         links = spec.links
         alpha = np.arctan2(links.sin_alpha, links.cos_alpha)
-        self._form: Any = kernels.ClosedForm(
+        return kernels.ClosedForm(
             self.robot_.chain,
             int(spec.family),
             int(spec.regional),
@@ -91,13 +107,8 @@ class Analytic(Solver):
             spec.joint,
             links.sign,
             links.offset,
-            float(settings.tol_position),
-            float(settings.tol_rotation),
-            settings.limits == "ignore",
-            EXACT * max(1.0, self.spec_.size),
+            *tolerances,
         )
-        if settings.windings == "nearest":
-            self._fused = self._form.solve
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)

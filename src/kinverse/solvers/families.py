@@ -34,6 +34,7 @@ class Family(IntEnum):
     TWO_AXIS_WRIST = 2
     THREE_PARALLEL_SHORT = 3
     SCARA = 4
+    GENERAL_6R = 5
 
 
 class Regional(IntEnum):
@@ -45,14 +46,22 @@ class Regional(IntEnum):
     INTERSECTING_23 = 3
 
 
+MISFIT = 3e-10
+"""Largest difference between a six-joint arm and the DH rows of its family, as a part of its size:
+an arm that just misses a family is solved as a general one, on its own geometry."""
+
 BRANCH_SIGNS = {
     Family.SPHERICAL_WRIST: ("shoulder", "elbow", "wrist"),
     Family.THREE_PARALLEL: ("shoulder", "elbow", "wrist"),
     Family.TWO_AXIS_WRIST: ("shoulder", "elbow"),
     Family.THREE_PARALLEL_SHORT: ("shoulder", "elbow"),
     Family.SCARA: ("elbow",),
+    Family.GENERAL_6R: (),
 }
-"""What the bits of a branch number stand for, the highest bit first."""
+"""What the bits of a branch number stand for, the highest bit first; a general arm has roots."""
+
+MOST_ROOTS = 16
+"""Solutions of a six-joint arm, at most (Lee & Liang 1988)."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +92,9 @@ class ClosedFormSpec:
 
     @property
     def branch_labels(self) -> tuple[str, ...]:
-        """A name for each branch number: the sign of the root taken at each decision."""
+        """A name for each branch number: the signs taken, or the rank of the root."""
+        if self.family is Family.GENERAL_6R:
+            return tuple(f"root {rank + 1}" for rank in range(MOST_ROOTS))
         names = BRANCH_SIGNS[self.family]
         labels = []
         for number in range(2 ** len(names)):
@@ -120,15 +131,35 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
             arm = reversed_lines(lines) if is_reversed else lines
             links = links_between(arm)
             found = _six(links, arm.size) if n == 6 else _five(links, arm.size)
-            if found:
+            if found and (n < 6 or _misfit(links, robot, is_reversed) < MISFIT * arm.size):
                 order = np.arange(n, dtype=np.int32)
                 joint = order[::-1].copy() if is_reversed else order
                 return ClosedFormSpec(*found, is_reversed, links, joint, arm.size)
+    if n == 6:
+        joint = np.arange(n, dtype=np.int32)
+        links = links_between(lines)
+        return ClosedFormSpec(
+            Family.GENERAL_6R, Regional.PARALLEL_23, False, links, joint, lines.size
+        )
     raise NoClosedForm(
         f"{robot.name} ({robot.kinds}) has no closed form here: it was looked for a spherical wrist"
         " at either end, three consecutive parallel axes with the last two meeting, their 5R forms,"
         " and three parallel revolute joints with or without a parallel slide; use Numerical"
     )
+
+
+def _misfit(links: Links, robot: Robot, is_reversed: bool) -> float:
+    """How far the DH rows are from the arm they idealise, at one configuration without symmetry."""
+    q = np.array([0.3, -1.1, 1.7, 2.3, -0.7, 0.9])
+    T = links.base
+    theta = links.sign * (q[::-1] if is_reversed else q) + links.offset
+    for i, angle in enumerate(theta):
+        c, s = np.cos(angle), np.sin(angle)
+        ca, sa, a, d = links.cos_alpha[i], links.sin_alpha[i], links.a[i], links.d[i]
+        row = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d]]
+        T = T @ np.array([*row, [0, 0, 0, 1]])
+    T = T @ links.tool
+    return float(np.abs((np.linalg.inv(T) if is_reversed else T) - robot.fk(q)).max())
 
 
 def _regional(links: Links, size: float) -> Regional | None:

@@ -1,0 +1,470 @@
+#include "general_6r.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "dispatch.hpp"
+
+namespace kinverse {
+namespace {
+
+constexpr double PI = 3.14159265358979323846;
+constexpr double TWO_PI = 2.0 * PI;
+constexpr double SAME_SOLUTION = 1e-6, VERY_CLOSE = 2e-5, CLOSE = 1e-3;
+constexpr double ROUNDING = 2.5e-15, UNFINISHED = 1e-12;  // errors in sizes and radians
+
+// Where the evidence of an elimination is too weak to stand alone.
+constexpr double LEAST_OFF_CIRCLE = 1e-3;  // a pair of roots this near the unit circle may be real
+constexpr double LEAST_GAP = 1e-5;         // two real roots this close may be one, or three
+constexpr double MOST_NOISE = 1e-6;
+constexpr double MOST_BLUR = 1e-6;
+// UNREACHABLE is said if in one elimination every root is farther off the unit circle than this and
+// than what the tolerances and the disturbance can move a double root, and nothing contradicts it.
+constexpr double MARGIN = 0.02;
+
+using Joints = std::array<double, 6>;
+
+struct Root {
+  Joints q;
+  double position_error, rotation_error;
+  bool exact, verified, inside, singular;
+};
+
+// Of the elimination that was trusted, or of the first if none was.
+struct Evidence {
+  int polished = 0;  // starts of the Newton iteration, of all eliminations
+  int real = 0;
+  double gap = TWO_PI, off_circle = 1e300, noise = 1.0;
+  bool weak = true;
+};
+
+// One pose: the union of what several eliminations find.
+class Pose {
+ public:
+  Pose(const Chain& chain, double size) : chain_(chain), size_(size) {}
+
+  void clear() {
+    count_ = 0;
+    moved_ = false;
+    best_error_ = 1e300;
+  }
+  int count() const { return count_; }
+  const Root& operator[](int i) const { return root_[i]; }
+  const Root& best() const { return best_; }
+  bool has_best() const { return best_error_ < 1e300; }
+  int exact() const {
+    return static_cast<int>(std::count_if(root_, root_ + count_, [](const Root& r) { return r.exact; }));
+  }
+
+  double distance(const double* a, const double* b) const {
+    double largest = 0.0;
+    for (int i = 0; i < 6; ++i) {
+      const int j = chain_.source[i];
+      double d = std::fabs(a[j] - b[j]);
+      if (chain_.prismatic[i])
+        d /= size_;
+      else if (d > PI)
+        d = std::fabs(std::remainder(d, TWO_PI));
+      largest = std::max(largest, d);
+    }
+    return largest;
+  }
+
+  void merge(const RootBlock& block) {
+    for (int k = 0; k < block.candidates; ++k) {
+      Root r;
+      for (size_t j = 0; j < 6; ++j) r.q[j] = block.value[j][k];
+      r.position_error = block.value[6][k];
+      r.rotation_error = block.value[7][k];
+      const double error = std::max(r.position_error, r.rotation_error);
+      if (!(error < 1e300)) continue;
+      r.exact = block.exact >> k & 1u;
+      r.verified = block.verified >> k & 1u;
+      r.inside = block.inside >> k & 1u;
+      r.singular = block.singular >> k & 1u;
+      if (error < best_error_) {
+        best_error_ = error;
+        best_ = r;
+      }
+      if (!r.verified) continue;
+      int same = 0;
+      while (same < count_ && !are_same(root_[same], r)) ++same;
+      if (same < count_) {
+        const Root& held = root_[same];
+        if (error < std::max(held.position_error, held.rotation_error)) {
+          root_[same] = r;
+          moved_ = true;
+        }
+      } else if (count_ < MOST) {
+        root_[count_++] = r;
+      }
+    }
+  }
+
+  // Branches are numbered by the angle of joint `first`, then by the others. A root that just misses
+  // counts only for a pose that has no exact one.
+  void finish(int first) {
+    if (exact())
+      count_ = static_cast<int>(std::remove_if(root_, root_ + count_, [](const Root& r) { return !r.exact; }) - root_);
+    if (moved_) unite();
+    auto key = [&](const Root& r, int k) {
+      const int i = k == 0 ? first : k - 1, j = chain_.source[i];
+      return chain_.prismatic[i] ? r.q[static_cast<size_t>(j)] : std::remainder(r.q[static_cast<size_t>(j)], TWO_PI);
+    };
+    std::sort(root_, root_ + count_, [&](const Root& a, const Root& b) {
+      for (int k = 0; k < 7; ++k)
+        if (key(a, k) != key(b, k)) return key(a, k) < key(b, k);
+      return false;
+    });
+    count_ = std::min(count_, MAX_ROOTS);
+  }
+
+ private:
+  // A root that a better one replaced may have come to lie on another.
+  void unite() {
+    std::sort(root_, root_ + count_, [](const Root& a, const Root& b) {
+      return std::max(a.position_error, a.rotation_error) < std::max(b.position_error, b.rotation_error);
+    });
+    int kept = 0;
+    for (int k = 0; k < count_; ++k) {
+      int same = 0;
+      while (same < kept && !are_same(root_[same], root_[k])) ++same;
+      if (same == kept) root_[kept++] = root_[k];
+    }
+    count_ = kept;
+  }
+
+  // Near a double root the error hardly changes, and the iteration ends anywhere in some stretch. A
+  // root that is one of its own is left with rounding only; what is not belongs to the one close by.
+  bool are_same(const Root& a, const Root& b) const {
+    const double d = distance(a.q.data(), b.q.data());
+    if (d < SAME_SOLUTION || d > CLOSE) return d < SAME_SOLUTION;
+    const double left = std::max(std::max(a.position_error, b.position_error) / size_,
+                                 std::max(a.rotation_error, b.rotation_error));
+    return left > (d < VERY_CLOSE ? ROUNDING : UNFINISHED);
+  }
+
+  static constexpr int MOST = 64;  // a pose on a continuum has any number of solutions
+  const Chain& chain_;
+  double size_;
+  Root root_[MOST], best_{};
+  double best_error_ = 1e300;
+  int count_ = 0;
+  bool moved_ = false;
+};
+
+// A disturbance moves double roots by its square root.
+bool is_weak(const Elimination& e, const RootBlock& block, int distinct) {
+  const double off_circle = std::max(LEAST_OFF_CIRCLE, 2.0 * std::sqrt(e.disturbance));
+  return block.real != distinct || (block.real & 1) || block.strayed || block.off_circle < off_circle || block.gap < LEAST_GAP ||
+         !(block.noise < MOST_NOISE) || !(block.blur < MOST_BLUR);
+}
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  double uniform(double low, double high) {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    z ^= z >> 31;
+    return low + (high - low) * static_cast<double>(z >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+// The straight length of the links behind the first joint; without end where a joint slides.
+double arm_reach(const Chain& chain) {
+  double reach = 0.0;
+  for (int i = 1; i <= 6; ++i) {
+    const double* m = chain.frames + 12 * i;
+    reach += std::sqrt(m[3] * m[3] + m[7] * m[7] + m[11] * m[11]);
+  }
+  for (int i = 0; i < 6; ++i)
+    if (chain.prismatic[i]) reach = std::numeric_limits<double>::infinity();
+  return reach;
+}
+
+// Joint values for trials and starts: any angle, slides in their limits.
+void random_joints(const Chain& chain, Random& random, double* q) {
+  for (int i = 0; i < 6; ++i) {
+    const int j = chain.source[i];
+    q[j] = chain.prismatic[i] ? random.uniform(chain.lower[j], chain.upper[j]) : random.uniform(-PI, PI);
+  }
+}
+
+class Pass {
+ public:
+  Pass(const Chain& chain, const General6R& arm, double exact, const Choice& choice)
+      : chain_(chain),
+        arm_(arm),
+        choice_(choice),
+        tolerances_{choice.tol_position, choice.tol_rotation, std::min(exact, choice.tol_position),
+                    std::min(exact, choice.tol_rotation), choice.hold_limits},
+        kernels_(active_kernels()),
+        middle_(winding_reference(chain, nullptr, true)),
+        reach_(arm_reach(chain)),
+        pose_(chain_, arm.size) {}
+  Pass(const Pass&) = delete;
+
+  // All solutions of one pose; returns what an empty answer means.
+  Status find(const double* T, const double* seed, Evidence& evidence) {
+    const double* reference = middle_.data();
+    if (seed) {
+      storage_ = winding_reference(chain_, seed, choice_.hold_limits);
+      reference = storage_.data();
+    }
+    pose_.clear();
+    evidence = Evidence{};
+    if (is_beyond_reach(T)) {
+      evidence.weak = false;
+      return Status::unreachable;
+    }
+    bool shown = false;
+    for (int k = 0; k < arm_.eliminations; ++k) {
+      RootBlock block;
+      kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
+      pose_.merge(block);
+      evidence.polished += block.candidates;
+      const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
+      const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
+      const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
+      shown = shown || (!weak && !block.real && block.off_circle > margin && block.blur < 0.1 * margin);
+      if (k == 0 || (evidence.weak && !weak)) {
+        evidence = {evidence.polished, block.real, block.gap, block.off_circle, block.noise, weak};
+      }
+      // that there is nothing at all is not left to one elimination
+      if (!weak && (pose_.count() || k > 0)) break;
+    }
+    if (evidence.weak || !pose_.exact()) evidence.polished += search(T, reference);
+    pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
+    return shown && !pose_.count() ? Status::unreachable : Status::not_found;
+  }
+
+  const Pose& pose() const { return pose_; }
+
+  void run(const double* T, long poses, const Seeds& seeds, Table& table) {
+    for (long i = 0; i < poses; ++i) {
+      const double* seed = seeds.of(i, 6);
+      Evidence evidence;
+      const Status unsolved = find(T + 16 * i, seed, evidence);
+      write(seed, unsolved, table);
+      table.evaluations.push(evidence.polished);
+      table.columns[0].second.push(evidence.real);
+      table.columns[1].second.push(evidence.weak);
+      table.measures[0].second.push(evidence.gap);
+      table.measures[1].second.push(evidence.off_circle);
+      table.measures[2].second.push(evidence.noise);
+    }
+  }
+
+ private:
+  // Farther from the first joint than all links in a straight line.
+  bool is_beyond_reach(const double* T) const {
+    double d2 = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double d = T[4 * k + 3] - chain_.frames[4 * k + 3];
+      d2 += d * d;
+    }
+    return d2 > std::pow(reach_ * (1.0 + 1e-12) + tolerances_.position, 2);
+  }
+
+  // Starts around what is there, for solutions close together, and random ones. Adds, never takes.
+  int search(const double* T, const double* reference) {
+    constexpr int ROUNDS = 4, MORE_ROUNDS = 8;
+    constexpr double WIDTHS[] = {0.001, 0.01, 0.03, 0.1};
+    Random random(0xada);
+    int round = 0;
+    for (; round < ROUNDS || (round < MORE_ROUNDS && pose_.count() && !pose_.exact()); ++round) {
+      double starts[MAX_ROOTS][6];
+      const int held = pose_.count();
+      for (auto& start : starts) random_joints(chain_, random, start);
+      if (round != 1 && round != 3 && held)
+        for (int k = 0; k < MAX_ROOTS; ++k) {
+          const double width = WIDTHS[(k / held + round) % 4];
+          for (int i = 0; i < 6; ++i) {
+            const int j = chain_.source[i];
+            starts[k][j] = pose_[k % held].q[static_cast<size_t>(j)] +
+                           random.uniform(-width, width) * (chain_.prismatic[i] ? arm_.size : 1.0);
+          }
+        }
+      RootBlock block;
+      kernels_.general_6r_polish(chain_, arm_.size, tolerances_, T, reference, starts[0], MAX_ROOTS, block);
+      pose_.merge(block);
+    }
+    return round * MAX_ROOTS;
+  }
+
+  void write(const double* seed, Status unsolved, Table& table) {
+    int order[MAX_ROOTS], count = 0;
+    double key[MAX_ROOTS];
+    bool singular = false;
+    for (int b = 0; b < pose_.count(); ++b) {
+      const Root& r = pose_[b];
+      unsolved = Status::out_of_limits;
+      if (choice_.hold_limits && !r.inside) continue;
+      singular = singular || r.singular;
+      double largest = 0.0;
+      if (seed)
+        for (size_t j = 0; j < 6; ++j) largest = std::max(largest, std::fabs(r.q[j] - seed[j]));
+      int at = count++;
+      for (; at > 0 && key[at - 1] > largest; --at) {
+        key[at] = key[at - 1];
+        order[at] = order[at - 1];
+      }
+      key[at] = largest;
+      order[at] = b;
+    }
+    for (int k = 0; k < count; ++k) {
+      const Root& r = pose_[order[k]];
+      table.add({r.q.data(), r.position_error, r.rotation_error, order[k], 1});
+    }
+    if (!count && pose_.has_best()) {
+      const Root& r = pose_.best();
+      table.add_best({r.q.data(), r.position_error, r.rotation_error, -1, 1});
+    }
+    table.end_pose(unsolved, singular);
+  }
+
+  const Chain chain_;
+  const General6R& arm_;
+  const Choice& choice_;
+  const Tolerances tolerances_;
+  const Kernels& kernels_;
+  const std::vector<double> middle_;
+  std::vector<double> storage_;
+  const double reach_;
+  Pose pose_;
+};
+
+}  // namespace
+
+General6RSolver::General6RSolver(OwnedChain chain, double exact)
+    : chain_(std::move(chain)), exact_(exact), size_(arm_size(chain_.view())) {
+  choose();
+}
+
+void General6RSolver::choose() {
+  constexpr double DISTURBANCES[] = {0.0, 1e-6, 1e-5};
+  constexpr int FIRST_TRIALS = 6, MORE_TRIALS = 30, KEPT = 3;
+  const Chain chain = chain_.view();
+  const Kernels& kernels = active_kernels();
+  const Tolerances tolerances{1e-6, 1e-6, exact_, exact_, false};
+  const std::vector<double> middle(6, 0.0);
+
+  struct Entry {
+    Elimination elimination;
+    int loop;
+    double disturbance;
+    double missed = 0.0, found = 0.0, weak = 0.0, cost = 0.0;
+    double score() const { return missed + 0.3 * weak + cost; }
+  };
+  std::vector<Entry> entries;
+  unsigned number = 0;
+  for (double disturbance : DISTURBANCES)
+    for (int loop = 0; loop < LOOPS; ++loop) {
+      Entry entry;
+      entry.loop = loop;
+      entry.disturbance = disturbance;
+      if (make_elimination(chain, size_, loop, disturbance, ++number, entry.elimination)) entries.push_back(entry);
+    }
+  Random random(0x6a);
+  std::vector<Pose> each;
+  auto trial = [&](int count) {
+    for (int t = 0; t < count; ++t) {
+      double q[6], T[16];
+      random_joints(chain, random, q);
+      kernels.forward(chain, q, 1, T);
+      Pose all(chain, size_);
+      all.clear();
+      std::vector<int> held(entries.size());
+      for (size_t k = 0; k < entries.size(); ++k) {
+        const General6R arm{1, size_, &entries[k].elimination, &trig_tables()};
+        RootBlock block;
+        kernels.general_6r_pose(chain, arm, 0, tolerances, T, middle.data(), block);
+        all.merge(block);
+        Pose own(chain, size_);
+        own.clear();
+        own.merge(block);
+        held[k] = own.exact();
+        entries[k].weak += is_weak(entries[k].elimination, block, own.exact());
+        // all else equal: little disturbance, little noise, roots well apart, one pack of them
+        entries[k].cost += (entries[k].disturbance > 0.0 ? 0.02 : 0.0) + std::sqrt(entries[k].disturbance) + 0.01 * std::max(0.0, std::log10(block.noise + 1e-17) + 10.0) +
+                           0.002 * (block.candidates > 8) +
+                           0.05 * std::max(0.0, -2.0 - std::log10(std::min(block.gap, block.off_circle) + 1e-9));
+      }
+      const int known = all.exact();
+      for (size_t k = 0; k < entries.size(); ++k) {
+        entries[k].missed += std::max(0, known - held[k]);
+        entries[k].found += held[k];
+      }
+    }
+    std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.score() < b.score(); });
+  };
+  trial(FIRST_TRIALS);
+  // the best of each loop go on
+  std::vector<bool> seen(LOOPS);
+  entries.erase(std::remove_if(entries.begin(), entries.end(),
+                               [&](const Entry& entry) {
+                                 const bool again = seen[static_cast<size_t>(entry.loop)];
+                                 seen[static_cast<size_t>(entry.loop)] = true;
+                                 return again;
+                               }),
+                entries.end());
+  trial(MORE_TRIALS);
+  if (!entries.empty()) recall_ = entries[0].found / std::max(1.0, entries[0].found + entries[0].missed);
+  for (size_t k = 0; k < entries.size() && k < KEPT; ++k) {
+    eliminations_.push_back(entries[k].elimination);
+    kept_.emplace_back(entries[k].loop, entries[k].disturbance);
+  }
+}
+
+Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
+  std::vector<Table> parts;
+  const long most_parts = std::max(1, thread_count());
+  auto empty = [](long part_poses) {
+    Table table(6, part_poses, part_poses * 8);
+    for (const char* name : {"real_roots", "weak"}) table.columns.emplace_back(name, Buffer<std::int64_t>());
+    for (const char* name : {"root_gap", "root_margin", "root_noise"}) table.measures.emplace_back(name, Buffer<double>());
+    return table;
+  };
+  for (long p = 0; p < most_parts; ++p) parts.push_back(empty(0));
+  const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
+  split_over_threads(poses, 16, [&](long first, long last, long part) {
+    Table& table = parts[static_cast<size_t>(part)];
+    table = empty(last - first);
+    Pass(chain_.view(), arm, exact_, choice).run(T + 16 * first, last - first, seeds.from(first, 6), table);
+  });
+  for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
+  return std::move(parts[0]);
+}
+
+Candidates General6RSolver::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
+  const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
+  Pass pass(chain_.view(), arm, exact_, choice);
+  Candidates all;
+  for (long i = 0; i < poses; ++i) {
+    Evidence evidence;
+    all.hint.push_back(static_cast<std::uint8_t>(pass.find(T + 16 * i, seeds.of(i, 6), evidence)));
+    const Pose& found = pass.pose();
+    auto add = [&](const Root& r, int branch) {
+      all.q.insert(all.q.end(), r.q.begin(), r.q.end());
+      all.pose_index.push_back(i);
+      all.branch.push_back(branch);
+    };
+    bool singular = false;
+    for (int b = 0; b < found.count(); ++b) {
+      add(found[b], b);
+      singular = singular || found[b].singular;
+    }
+    if (!found.count() && found.has_best()) add(found.best(), -1);
+    all.singular.push_back(singular);
+  }
+  return all;
+}
+
+}  // namespace kinverse

@@ -1,0 +1,22 @@
+// The eliminations of one six-joint arm: built from its chain, the best of them chosen by trying.
+#pragma once
+
+#include <vector>
+
+#include "general_6r_spec.hpp"
+#include "owned_chain.hpp"
+
+namespace kinverse {
+
+constexpr int LOOPS = 8;  // places where the pose can stand, times two directions
+
+// One elimination. `loop` numbers where the pose stands and the direction; `disturbance` moves every
+// link at random by so much of the arm's size and of a radian, which parts the coincidences of
+// specially built arms; `trial` picks the random numbers. False: joints f or c slide, or the
+// equations for a and b are dependent.
+bool make_elimination(const Chain& chain, double size, int loop, double disturbance, unsigned trial, Elimination& e);
+
+double arm_size(const Chain& chain);
+const TrigTables& trig_tables();
+
+}  // namespace kinverse
