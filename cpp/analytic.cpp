@@ -11,18 +11,26 @@ namespace {
 
 // A bit for each branch of one pose.
 struct Found {
-  unsigned exact, verified, inside;
+  unsigned exact = 0, verified = 0, inside = 0;
+  unsigned free_slots = 0;  // a bit for each direction that is free
+  bool near = false, weak = false;
 };
+
+Found found_in(const BranchBlock& block) {
+  Found found{block.exact[0], block.verified[0], block.inside[0], 0, block.near != 0, block.weak != 0};
+  for (int slot = 0; slot < FREE_SLOTS; ++slot) found.free_slots |= (block.free_slot[slot] ? 1u : 0u) << slot;
+  return found;
+}
 
 // One pass over a part of the poses.
 class Pass {
  public:
-  Pass(const Chain& chain, const ClosedFormSpec& spec, double exact, const Choice& choice, Table& table)
+  Pass(const Chain& chain, const ClosedFormSpec& spec, const Choice& choice, Table& table)
       : chain_(chain),
         spec_(spec),
         choice_(choice),
-        tolerances_{choice.tol_position, choice.tol_rotation, std::min(exact, choice.tol_position),
-                    std::min(exact, choice.tol_rotation), choice.hold_limits},
+        tolerances_{choice.tol_position, choice.tol_rotation, std::min(choice.exact, choice.tol_position),
+                    std::min(choice.exact, choice.tol_rotation), choice.hold_limits},
         kernels_(active_kernels()),
         middle_(winding_reference(chain, nullptr, true)),
         table_(table) {}
@@ -46,17 +54,17 @@ class Pass {
           found.verified |= (block.verified[b] >> l & 1u) << b;
           found.inside |= (block.inside[b] >> l & 1u) << b;
         }
-        const bool flagged = ((block.near | block.singular) >> l & 1u) != 0;
-        const bool singular = (block.singular >> l & 1u) != 0;
-        finish(rows[l], seeds.of(pose + l, chain_.dof), &block.value[0][0][l], 8 * WIDEST, found, flagged, singular ? block.singular_slots : 0u);
+        found.near = (block.near >> l & 1u) != 0;
+        found.weak = (block.weak >> l & 1u) != 0;
+        for (int slot = 0; slot < FREE_SLOTS; ++slot) found.free_slots |= (block.free_slot[slot] >> l & 1u) << slot;
+        finish(rows[l], seeds.of(pose + l, chain_.dof), &block.value[0][0][l], 8 * WIDEST, found);
       }
     }
     for (; pose < poses; ++pose) {
       const double* row = T + 16 * pose;
       const double* seed = seeds.of(pose, chain_.dof);
       kernels_.closed_form_pose(chain_, spec_, tolerances_, row, reference(seed, clamped[0]), block);
-      finish(row, seed, &block.value[0][0][0], 1, {block.exact[0], block.verified[0], block.inside[0]},
-             (block.near | block.singular) != 0, block.singular ? block.singular_slots : 0u);
+      finish(row, seed, &block.value[0][0][0], 1, found_in(block));
     }
   }
 
@@ -65,9 +73,9 @@ class Pass {
     BranchBlock block;
     std::vector<double> storage;
     kernels_.closed_form_pose(chain_, spec_, tolerances_, T, reference(seed, storage), block);
-    singular = block.singular != 0;
-    return all_branches(T, seed, &block.value[0][0][0], 1, {block.exact[0], block.verified[0], block.inside[0]},
-                        singular ? block.singular_slots : 0u);
+    const Found found = found_in(block);
+    singular = found.free_slots != 0;
+    return all_branches(T, seed, &block.value[0][0][0], 1, found);
   }
   bool is_unreachable(const double* T) const { return kernels_.closed_form_unreachable(spec_, tolerances_, T); }
 
@@ -84,21 +92,20 @@ class Pass {
     return {q, q[chain_.dof * WIDEST], q[(chain_.dof + 1) * WIDEST], branch, WIDEST};
   }
 
-  void finish(const double* T, const double* seed, const double* value, long step, Found found, bool flagged,
-              unsigned singular_slots) {
+  void finish(const double* T, const double* seed, const double* value, long step, const Found& found) {
     const unsigned usable = choice_.hold_limits ? found.exact & found.inside : found.exact;
-    if (usable && !flagged) {
+    if (usable && !found.near && !found.free_slots) {
       add_sorted(seed, value, step, usable);
       table_.end_pose(Status::solved, false);
       return;
     }
-    std::vector<Candidate> candidates = all_branches(T, seed, value, step, found, singular_slots);
-    Status unsolved = Status::not_found;
-    if (std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.exact; }))
-      for (Candidate& c : candidates) c.verified = c.exact;
+    std::vector<Candidate> candidates = all_branches(T, seed, value, step, found);
     const bool any = std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.verified; });
-    if (!any && is_unreachable(T)) unsolved = Status::unreachable;
-    finish_pose(chain_, choice_, candidates, seed, unsolved, singular_slots && any, table_);
+    PoseFacts facts{T, seed};
+    if (!any && is_unreachable(T)) facts.unsolved = Status::unreachable;
+    facts.singular = found.free_slots && any;
+    facts.representative = found.free_slots || found.weak;
+    finish_pose(chain_, choice_, candidates, facts, table_);
   }
 
   // Distinct branches: by branch, or by their distance to the seed.
@@ -122,16 +129,16 @@ class Pass {
     for (int k = 0; k < count; ++k) table_.add(solution(value, step, order[k]));
   }
 
-  std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step, Found found,
-                                      unsigned singular_slots) const {
-    if (singular_slots)
+  std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step,
+                                      const Found& found) const {
+    if (found.free_slots)
       return representatives({chain_, spec_, tolerances_, kernels_}, T,
-                             winding_reference(chain_, seed, choice_.hold_limits), singular_slots);
+                             winding_reference(chain_, seed, choice_.hold_limits), found.free_slots);
     std::vector<Candidate> candidates;
     for (int b = 0; b < spec_.branches; ++b) {
       const Solution s = solution(value, step, b);
       auto has = [&](unsigned bits) { return (bits >> b & 1u) != 0; };
-      candidates.push_back({{}, s.position_error, s.rotation_error, b, has(found.inside), has(found.verified), has(found.exact)});
+      candidates.push_back({{}, s.position_error, s.rotation_error, b, has(found.inside), has(found.verified)});
       for (int j = 0; j < chain_.dof; ++j) candidates.back().q.push_back(s.q[j * s.stride]);
     }
     return candidates;
@@ -151,12 +158,12 @@ class Pass {
 Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   const int dof = spec_.dof;
   std::vector<Table> parts;
-  const long most_parts = std::max(1, thread_count());
-  for (long p = 0; p < most_parts; ++p) parts.emplace_back(dof, 0, 0);
-  split_over_threads(poses, 512, [&](long first, long last, long part) {
+  const long count = parts_of(poses, 512);
+  for (long p = 0; p < count; ++p) parts.emplace_back(dof, 0, 0);
+  run_parts(poses, count, [&](long first, long last, long part) {
     Table& table = parts[static_cast<size_t>(part)];
     table = Table(dof, last - first, (last - first) * spec_.branches);
-    Pass(chain_.view(), spec_, exact_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
+    Pass(chain_.view(), spec_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
   });
   for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
   parts[0].evaluations_each = spec_.branches;
@@ -165,7 +172,7 @@ Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Cho
 
 Candidates Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   Table unused(spec_.dof, 0, 0);
-  const Pass pass(chain_.view(), spec_, exact_, choice, unused);
+  const Pass pass(chain_.view(), spec_, choice, unused);
   Candidates all;
   for (long pose = 0; pose < poses; ++pose) {
     const double* row = T + 16 * pose;

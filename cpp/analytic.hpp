@@ -8,9 +8,7 @@ namespace kinverse {
 
 class Analytic {
  public:
-  // `exact`: the error [m, rad] that rounding, and the fit of the closed form to the chain, explain.
-  Analytic(OwnedChain chain, const ClosedFormSpec& spec, double exact)
-      : chain_(std::move(chain)), spec_(spec), exact_(exact) {}
+  Analytic(OwnedChain chain, const ClosedFormSpec& spec) : chain_(std::move(chain)), spec_(spec) {}
 
   const OwnedChain& chain() const { return chain_; }
   const ClosedFormSpec& spec() const { return spec_; }
@@ -23,7 +21,6 @@ class Analytic {
  private:
   OwnedChain chain_;
   ClosedFormSpec spec_;
-  double exact_;
 };
 
 }  // namespace kinverse

@@ -162,6 +162,7 @@ using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 
 // The poses and seeds of a call when they are plain arrays that can be used as they stand. Anything
 // else (another type, a bad pose) gives nothing: Python then converts it or says what is wrong.
+constexpr double MOST_SEED = 1e6;  // windings beyond this leave no digits
 struct PlainCall {
   PoseArray T_array, seed_array;
   std::vector<double> projected;
@@ -187,20 +188,22 @@ bool plain_call(nb::handle T, nb::handle q_seed, int dof, PlainCall& call) {
   if (seed.ndim() < 1 || seed.ndim() > 2 || seed.shape(seed.ndim() - 1) != static_cast<size_t>(dof)) return false;
   if (!shared && seed.shape(0) != static_cast<size_t>(call.poses)) return false;
   for (size_t k = 0; k < seed.size(); ++k)
-    if (!std::isfinite(seed.data()[k])) return false;
+    if (!(std::fabs(seed.data()[k]) <= MOST_SEED)) return false;
   call.seeds = {seed.data(), shared};
   return true;
 }
 
-Choice make_choice(int task, double tol_position, double tol_rotation, bool all_windings, bool ignore_limits) {
+Choice make_choice(int task, double tol_position, double tol_rotation, bool all_windings, bool ignore_limits,
+                   double exact = std::numeric_limits<double>::infinity()) {
   require(task >= 0 && task <= static_cast<int>(Task::schoenflies), "unknown task");
-  return {static_cast<Task>(task), tol_position, tol_rotation, all_windings, !ignore_limits};
+  return {static_cast<Task>(task), tol_position, tol_rotation, all_windings, !ignore_limits, exact};
 }
 
 Table* verify_candidates(const OwnedChain& chain, int task, In<double, 3> T, In<double, 2> q,
                          In<std::int64_t, 1> pose_index, In<std::int32_t, 1> branch, In<std::uint8_t, 1> hint,
                          std::optional<In<double, 2>> q_seed, double tol_position, double tol_rotation,
-                         bool all_windings, bool ignore_limits) {
+                         bool all_windings, bool ignore_limits, double exact,
+                         std::optional<In<bool, 1>> singular) {
   const size_t poses = T.shape(0), count = q.shape(0), dof = static_cast<size_t>(chain.dof());
   require(T.shape(1) == 4 && T.shape(2) == 4, "T must have the shape (N, 4, 4)");
   require(q.shape(1) == dof, "q must have one column per free joint");
@@ -214,13 +217,15 @@ Table* verify_candidates(const OwnedChain& chain, int task, In<double, 3> T, In<
     require(q_seed->shape(0) == poses && q_seed->shape(1) == dof, "q_seed must have the shape (N, dof)");
     seeds.rows = q_seed->data();
   }
-  const Choice choice = make_choice(task, tol_position, tol_rotation, all_windings, ignore_limits);
+  if (singular) require(singular->shape(0) == poses, "one singular flag per pose");
+  const Choice choice = make_choice(task, tol_position, tol_rotation, all_windings, ignore_limits, exact);
   nb::gil_scoped_release unlocked;
   long bad = -1;
   const std::vector<double> projected = usable_poses(T.data(), static_cast<long>(poses), bad);
   return new Table(verify(chain.view(), choice, projected.empty() ? T.data() : projected.data(),
                           static_cast<long>(poses), q.data(), pose_index.data(), branch.data(),
-                          static_cast<long>(count), hint.data(), seeds));
+                          static_cast<long>(count), hint.data(), seeds,
+                          singular ? reinterpret_cast<const std::uint8_t*>(singular->data()) : nullptr));
 }
 
 // ---- closed forms -------------------------------------------------------------------------------
@@ -233,7 +238,7 @@ struct ClosedForm {
 ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, bool reversed, bool perpendicular_wrist,
                             In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
                             In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position,
-                            double tol_rotation, bool ignore_limits, double exact) {
+                            double tol_rotation, bool ignore_limits, double exact, double deviation) {
   const size_t dof = static_cast<size_t>(chain.dof());
   require(dof <= 6 && chain.joints() == chain.dof(), "a closed form has at most six joints and no mimic joints");
   require(family >= 0 && family <= static_cast<int>(Family::scara), "unknown family");
@@ -264,7 +269,9 @@ ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, b
   }
   std::copy_n(base_inverse.data(), 12, spec.base_inverse);
   std::copy_n(tool_inverse.data(), 12, spec.tool_inverse);
-  return {Analytic(chain, spec, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
+  spec.position_deviation = deviation;
+  spec.rotation_deviation = deviation;
+  return {Analytic(chain, spec), make_choice(0, tol_position, tol_rotation, false, ignore_limits, exact)};
 }
 
 Table* solve_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
@@ -465,23 +472,24 @@ NB_MODULE(_core, m) {
 
   m.def("verify", &verify_candidates, "chain"_a, "task"_a, "T"_a, "q"_a, "pose_index"_a, "branch"_a, "hint"_a,
         "q_seed"_a.none(), "tol_position"_a, "tol_rotation"_a, "all_windings"_a, "ignore_limits"_a,
-        nb::rv_policy::take_ownership);
+        "exact"_a = std::numeric_limits<double>::infinity(), "singular"_a.none() = nb::none(), nb::rv_policy::take_ownership);
 
   nb::class_<ClosedForm>(m, "ClosedForm")
       .def("__init__",
            [](ClosedForm* self, const OwnedChain& chain, int family, int regional, bool reversed,
               bool perpendicular_wrist, In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
               In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position, double tol_rotation,
-              bool ignore_limits, double exact) {
+              bool ignore_limits, double exact, double deviation) {
              new (self) ClosedForm(make_closed_form(chain, family, regional, reversed, perpendicular_wrist, links,
                                                     base_inverse, tool_inverse, joint, sign, offset, tol_position,
-                                                    tol_rotation, ignore_limits, exact));
+                                                    tol_rotation, ignore_limits, exact, deviation));
            },
            "chain"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a, "links"_a, "base_inverse"_a,
-           "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
-      .def("solve", &solve_closed_form, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+           "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a,
+           "deviation"_a)
+      .def("solve", &solve_closed_form, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
-      .def("propose", &propose_closed_form, "T"_a, "q_seed"_a.none() = nb::none());
+      .def("propose", &propose_closed_form, "T"_a.none(), "q_seed"_a.none() = nb::none());
 
   nb::class_<GeneralForm>(m, "GeneralForm")
       .def("__init__",
@@ -492,9 +500,9 @@ NB_MODULE(_core, m) {
            "chain"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
       .def_prop_ro("recall", [](const GeneralForm& form) { return form.solver.recall(); })
       .def_prop_ro("eliminations", [](const GeneralForm& form) { return static_cast<int>(form.solver.kept().size()); })
-      .def("solve", &solve_general, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+      .def("solve", &solve_general, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
-      .def("propose", &propose_general, "T"_a, "q_seed"_a.none() = nb::none());
+      .def("propose", &propose_general, "T"_a.none(), "q_seed"_a.none() = nb::none());
 
   nb::class_<LeastSquares>(m, "LeastSquares")
       .def("__init__",
@@ -508,14 +516,14 @@ NB_MODULE(_core, m) {
            "chain"_a, "task"_a, "method"_a, "tol_position"_a, "tol_rotation"_a, "weight_position"_a,
            "weight_rotation"_a, "max_distance"_a, "damping"_a, "step_tolerance"_a, "gradient_tolerance"_a,
            "max_starts"_a, "max_iterations"_a, "ignore_limits"_a)
-      .def("solve", &solve_least_squares, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+      .def("solve", &solve_least_squares, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("propose",
            [](const LeastSquares& solver, nb::handle T, nb::handle q_seed, std::uint64_t seed) {
              return estimate(solver, T, q_seed,
                              [&](const PlainCall& call) { return solver.propose(call.T, call.poses, call.seeds, seed); });
            },
-           "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0)
+           "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0)
       .def("refine",
            [](const LeastSquares& solver, nb::handle T, In<double, 2> q_start) {
              require(q_start.shape(1) == static_cast<size_t>(solver.dof()), "one column per free joint");

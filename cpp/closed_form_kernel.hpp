@@ -62,8 +62,8 @@ void solve_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerance
     block.inside[b] = stored.inside;
   }
   block.near = lane_bits(context.near);
-  block.singular = lane_bits(context.singular);
-  block.singular_slots = context.singular_slots;
+  block.weak = lane_bits(context.weak);
+  for (int slot = 0; slot < FREE_SLOTS; ++slot) block.free_slot[slot] = lane_bits(context.free_slot[slot]);
 }
 
 template <class Model>
@@ -74,7 +74,8 @@ void solve_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances
   const Frame<P> target = constant_frame<P>(T);
   P reference[6];
   for (int j = 0; j < spec.dof; ++j) reference[j] = P(reference_row[j]);
-  block.exact[0] = block.verified[0] = block.inside[0] = block.near = block.singular = block.singular_slots = 0;
+  block.exact[0] = block.verified[0] = block.inside[0] = block.near = block.weak = 0;
+  for (unsigned& slot : block.free_slot) slot = 0;
   for (int first = 0; first < spec.branches; first += W) {
     LaneContext<W> context;
     P theta[6];
@@ -86,8 +87,8 @@ void solve_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances
     block.verified[0] |= (stored.verified & used) << first;
     block.inside[0] |= (stored.inside & used) << first;
     block.near |= lane_bits(context.near) & used;
-    block.singular |= lane_bits(context.singular) & used;
-    block.singular_slots |= context.singular_slots;
+    block.weak |= lane_bits(context.weak) & used;
+    for (int slot = 0; slot < FREE_SLOTS; ++slot) block.free_slot[slot] |= lane_bits(context.free_slot[slot]) & used;
   }
 }
 
@@ -138,12 +139,14 @@ inline bool closed_form_unreachable(const ClosedFormSpec& spec, const Tolerances
     width += 1e-12 * (1.0 + __builtin_fabs(x));
     return Interval(x - width, x + width);
   };
+  // the equations are those of an arm that may differ from the chain by a little
+  const double position = tolerances.position + spec.position_deviation;
+  const double rotation = tolerances.rotation + spec.rotation_deviation;
   Frame<Interval> target;
   Vec3<Interval>* columns[3] = {&target.x, &target.y, &target.z};
   for (int j = 0; j < 3; ++j)
-    *columns[j] = {around(T[j], tolerances.rotation), around(T[4 + j], tolerances.rotation),
-                   around(T[8 + j], tolerances.rotation)};
-  target.p = {around(T[3], tolerances.position), around(T[7], tolerances.position), around(T[11], tolerances.position)};
+    *columns[j] = {around(T[j], rotation), around(T[4 + j], rotation), around(T[8 + j], rotation)};
+  target.p = {around(T[3], position), around(T[7], position), around(T[11], position)};
   bool possible = false;
   with_model(spec.family, [&]<class Model>(Model) {
     const Elements<Interval> e = canonical_target(spec, target);

@@ -31,6 +31,8 @@ struct ClosedFormSpec {
   double base_inverse[12], tool_inverse[12];
   int joint[6];
   double sign[6], offset[6];
+  // most that this form's forward kinematics differs from the chain's [m, rad]
+  double position_deviation, rotation_deviation;
 };
 
 constexpr int MAX_BRANCHES = 8;

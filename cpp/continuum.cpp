@@ -8,7 +8,7 @@ namespace kinverse {
 namespace {
 
 constexpr double TWO_PI = 6.28318530717958647693;
-constexpr int SLOTS = 4, COARSE = 64, FINE = 16, ROUNDS = 3, MOST_ROUNDS = 9;
+constexpr int SLOTS = FREE_SLOTS, COARSE = 64, FINE = 16, ROUNDS = 3, MOST_ROUNDS = 9;
 // a descent that is still this far off after the usual rounds leads nowhere
 constexpr double HOPELESS = 0.1;
 
@@ -25,7 +25,7 @@ double error(const Candidate& c) { return std::max(c.position_error, c.rotation_
 Candidate candidate_from(const BranchBlock& block, int dof, int branch, int lane) {
   auto bit = [&](const unsigned* bits) { return (bits[branch] >> lane & 1u) != 0; };
   Candidate c{{}, block.value[branch][dof][lane], block.value[branch][dof + 1][lane], branch, bit(block.inside),
-              bit(block.verified), bit(block.exact)};
+              bit(block.verified)};
   for (int j = 0; j < dof; ++j) c.q.push_back(block.value[branch][j][lane]);
   return c;
 }
@@ -38,8 +38,11 @@ class Search {
   bool better(const Candidate& a, const Candidate& b) const {
     if (a.verified != b.verified) return a.verified;
     if (!a.verified) return error(a) < error(b);
-    if (a.exact != b.exact) return a.exact;
-    if (call_.tolerances.hold_limits && a.inside != b.inside) return a.inside;
+    if (exact(a) != exact(b)) return exact(a);
+    if (call_.tolerances.hold_limits && !(a.inside && b.inside)) {
+      const double outside_a = outside(a), outside_b = outside(b);
+      if (outside_a != outside_b) return outside_a < outside_b;
+    }
     return miss(a) < miss(b);
   }
 
@@ -88,6 +91,18 @@ class Search {
   }
 
  private:
+  bool exact(const Candidate& c) const {
+    return c.position_error <= call_.tolerances.exact_position && c.rotation_error <= call_.tolerances.exact_rotation;
+  }
+  // how far the worst joint is outside its limits
+  double outside(const Candidate& c) const {
+    double largest = 0.0;
+    for (int j = 0; j < call_.chain.dof; ++j) {
+      const double q = c.q[static_cast<size_t>(j)];
+      largest = std::max({largest, call_.chain.lower[j] - q, q - call_.chain.upper[j]});
+    }
+    return largest;
+  }
   double miss(const Candidate& c) const {
     double largest = 0.0;
     for (size_t j = 0; j < c.q.size(); ++j) largest = std::max(largest, std::fabs(c.q[j] - reference_[j]));

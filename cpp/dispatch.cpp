@@ -46,6 +46,11 @@ void set_active_kernels(const std::string& name) {
 
 int thread_count() { return threads.load(std::memory_order_relaxed); }
 
+long parts_of(long count, long least_part) {
+  const long most = count / least_part, threads_now = thread_count();
+  return most < 1 || threads_now < 2 ? 1 : most < threads_now ? most : threads_now;
+}
+
 void set_thread_count(int count) {
   if (count < 1 || count > 1024) throw std::invalid_argument("threads must lie in 1..1024");
   threads.store(count);

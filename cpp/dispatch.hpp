@@ -1,7 +1,9 @@
 // Which instruction set runs, and on how many threads.
 #pragma once
 
+#include <exception>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -17,20 +19,39 @@ void set_active_kernels(const std::string& name);
 int thread_count();
 void set_thread_count(int count);
 
-// work(first, last, part) on contiguous parts of [0, count); part numbers the parts in order
+// How many parts `count` pieces of work are split into: one a thread, none smaller than least_part.
+// Asked once a call, so that another thread that changes the number changes nothing under way.
+long parts_of(long count, long least_part);
+
+// work(first, last, part) on contiguous parts of [0, count), numbered in order. A part whose thread
+// cannot be made runs on the caller's; the first exception of any part is thrown at the end.
+template <class Work>
+void run_parts(long count, long parts, Work work) {
+  std::vector<std::exception_ptr> errors(static_cast<size_t>(parts));
+  auto guarded = [&](long part) {
+    try {
+      work(count * part / parts, count * (part + 1) / parts, part);
+    } catch (...) {
+      errors[static_cast<size_t>(part)] = std::current_exception();
+    }
+  };
+  std::vector<std::thread> threads;
+  threads.reserve(static_cast<size_t>(parts));
+  long started = 1;
+  try {
+    for (; started < parts; ++started) threads.emplace_back(guarded, started);
+  } catch (const std::system_error&) {
+    for (long part = started; part < parts; ++part) guarded(part);
+  }
+  guarded(0);
+  for (auto& thread : threads) thread.join();
+  for (const auto& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
 template <class Work>
 void split_over_threads(long count, long least_part, Work work) {
-  long parts = thread_count();
-  if (parts > count / least_part) parts = count / least_part;
-  if (parts <= 1) {
-    work(0L, count, 0L);
-    return;
-  }
-  std::vector<std::thread> threads;
-  for (long part = 1; part < parts; ++part)
-    threads.emplace_back(work, count * part / parts, count * (part + 1) / parts, part);
-  work(0L, count / parts, 0L);
-  for (auto& thread : threads) thread.join();
+  run_parts(count, parts_of(count, least_part), work);
 }
 
 }  // namespace kinverse

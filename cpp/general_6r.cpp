@@ -425,7 +425,7 @@ void General6RSolver::choose() {
 
 Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   std::vector<Table> parts;
-  const long most_parts = std::max(1, thread_count());
+  const long most_parts = parts_of(poses, 16);
   auto empty = [](long part_poses) {
     Table table(6, part_poses, part_poses * 8);
     for (const char* name : {"real_roots", "weak"}) table.columns.emplace_back(name, Buffer<std::int64_t>());
@@ -434,7 +434,7 @@ Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, co
   };
   for (long p = 0; p < most_parts; ++p) parts.push_back(empty(0));
   const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
-  split_over_threads(poses, 16, [&](long first, long last, long part) {
+  run_parts(poses, most_parts, [&](long first, long last, long part) {
     Table& table = parts[static_cast<size_t>(part)];
     table = empty(last - first);
     Pass(chain_.view(), arm, exact_, choice).run(T + 16 * first, last - first, seeds.from(first, 6), table);

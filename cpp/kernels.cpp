@@ -64,8 +64,9 @@ void jacobian_batch(const Chain& chain, const double* q, long count, double* J) 
   }
 }
 
-// T must be finite, its rotation orthonormal to 1e-5 (six-digit files pass) and right handed; what is
-// off by more than rounding is brought to the nearest rotation later.
+// T must be finite, its rotation orthonormal to 1e-5 (six-digit files pass; a hair more than what
+// Python takes, so that nothing it took is refused here) and right handed; what is off by more than
+// rounding is brought to the nearest rotation later.
 void inspect_poses(const double* T, long count, PoseVerdict* verdict) {
   constexpr int W = LANES;
   using P = Pack<W>;
@@ -75,9 +76,9 @@ void inspect_poses(const double* T, long count, PoseVerdict* verdict) {
     const Frame<P> f = gather_frames<W>(rows);
     P deviation = max(max(abs(dot(f.x, f.x) - P(1.0)), abs(dot(f.y, f.y) - P(1.0))), abs(dot(f.z, f.z) - P(1.0)));
     deviation = max(deviation, max(max(abs(dot(f.x, f.y)), abs(dot(f.y, f.z))), abs(dot(f.z, f.x))));
-    const unsigned rigid = lane_bits((deviation <= P(1e-5)) & (dot(cross(f.x, f.y), f.z) > P(0.0)));
+    const unsigned rigid = lane_bits((deviation <= P(1.0001e-5)) & (dot(cross(f.x, f.y), f.z) > P(0.0)));
     const unsigned exact = lane_bits(deviation <= P(1e-12));
-    const unsigned placed = lane_bits(abs(f.p.x) + abs(f.p.y) + abs(f.p.z) < P(1e300));
+    const unsigned placed = lane_bits(abs(f.p.x) + abs(f.p.y) + abs(f.p.z) < P(1e200));
     for (int l = 0; l < W && first + l < count; ++l) {
       const double* row = rows[l];
       PoseVerdict& v = verdict[first + l];

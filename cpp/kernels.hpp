@@ -8,7 +8,8 @@
 
 namespace kinverse {
 
-constexpr int WIDEST = 8;  // lanes of the widest instruction set
+constexpr int WIDEST = 8;      // lanes of the widest instruction set
+constexpr int FREE_SLOTS = 4;  // vectors of a closed form that may vanish
 
 // What a pose matrix was found to be.
 enum class PoseVerdict : std::uint8_t { exact, inexact, not_finite, not_rigid, bad_last_row };
@@ -29,14 +30,14 @@ struct BranchBlock {
   unsigned exact[MAX_BRANCHES];
   unsigned verified[MAX_BRANCHES];
   unsigned inside[MAX_BRANCHES];
-  unsigned near;            // two branches may be one solution
-  unsigned singular;        // a free direction was chosen
-  unsigned singular_slots;  // which of them
+  unsigned near;                  // two branches may be one solution
+  unsigned weak;                  // a direction is hardly determined
+  unsigned free_slot[FREE_SLOTS]; // a free direction was chosen in this slot
 };
 
 // Directions for the vectors that vanish in a singular pose, one set per lane.
 struct FreeDirections {
-  alignas(64) double cosine[4][WIDEST], sine[4][WIDEST];
+  alignas(64) double cosine[FREE_SLOTS][WIDEST], sine[FREE_SLOTS][WIDEST];
 };
 
 struct Kernels {

@@ -316,7 +316,7 @@ class LeastSquaresLanes {
   alignas(64) double target[12][W], lower[SIZE][W], upper[SIZE][W], fresh_q[SIZE][W];
 
   KINVERSE_INLINE int dof() const { return N ? N : problem.dof; }
-  KINVERSE_INLINE bool turns(int j) const { return N || !problem.slides[j]; }
+  KINVERSE_INLINE bool turns(int j) const { return N || problem.turns[j]; }
 
  public:
   LeastSquaresLanes(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count, const LeastSquaresOutput& out)

@@ -35,7 +35,7 @@ struct LeastSquaresProblem {
   double tool_cosine, tool_sine;  // a last turn about z, moved to the target
   double unit_length;
   const double* unit;  // dof: unit_length of a prismatic joint, else 1
-  const std::uint8_t* slides;  // dof
+  const std::uint8_t* turns;  // dof: whole turns of the joint move nothing
   const double* lower;  // dof, infinite where limits are ignored
   const double* upper;
   const double* start_middle;  // dof: further starts lie within start_width about the middle

@@ -62,6 +62,7 @@ LeastSquares::LeastSquares(const OwnedChain& owned, const LeastSquaresSettings& 
     plain_ &= !chain.prismatic[i] && chain.source[i] == i && chain.multiplier[i] == 1.0;
   slides_.assign(chain.dof, 0);
   for (int i = joints - 1; i >= 0; --i) slides_[chain.source[i]] = chain.prismatic[i];
+  for (bool turns : turning_joints(chain)) whole_turns_.push_back(turns);
   for (int j = 0; j < chain.dof; ++j) unit_.push_back(slides_[j] ? unit_length_ : 1.0);
 
   base_.assign(chain.frames, chain.frames + 12);
@@ -128,7 +129,7 @@ LeastSquaresProblem LeastSquares::problem() const {
   p.tool_sine = tool_sine_;
   p.unit_length = unit_length_;
   p.unit = unit_.data();
-  p.slides = slides_.data();
+  p.turns = whole_turns_.data();
   p.lower = lower_.data();
   p.upper = upper_.data();
   p.start_middle = start_middle_.data();
@@ -284,9 +285,10 @@ void LeastSquares::verify_into(Table& table, const double* T, long poses, const 
 
 Table LeastSquares::solve(const double* T, long poses, const Seeds& seeds, std::uint64_t seed) const {
   std::vector<Table> parts;
-  for (int part = 0; part < std::max(1, thread_count()); ++part) parts.emplace_back(dof(), 0, 0);
+  const long count = parts_of(poses, 64);
+  for (long part = 0; part < count; ++part) parts.emplace_back(dof(), 0, 0);
   const LeastSquaresProblem whole = problem();
-  split_over_threads(poses, 64, [&](long first, long last, long part) {
+  run_parts(poses, count, [&](long first, long last, long part) {
     const Seeds own = seeds.from(first, dof());
     const double* rows = T + 16 * first;
     Estimate estimate(last - first, dof());

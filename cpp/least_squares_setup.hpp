@@ -52,7 +52,7 @@ class LeastSquares {
   LeastSquaresSettings settings_;
   std::vector<Link> links_;
   std::vector<double> base_, unit_, lower_, upper_, start_middle_, start_width_, start_step_;
-  std::vector<std::uint8_t> slides_;
+  std::vector<std::uint8_t> slides_, whole_turns_;
   std::vector<bool> turns_;
   bool plain_;
   double tool_cosine_, tool_sine_, unit_length_;

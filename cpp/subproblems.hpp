@@ -7,11 +7,10 @@
 #pragma once
 
 #include "interval.hpp"
+#include "kernels.hpp"
 #include "se3.hpp"
 
 namespace kinverse::KINVERSE_ISA {
-
-constexpr int FREE_SLOTS = 4;
 
 // Two roots closer than this (squared sine) may be one solution: duplicates are looked for.
 constexpr double NEAR_ROOT = 1e-11;
@@ -19,13 +18,15 @@ constexpr double NEAR_ROOT = 1e-11;
 constexpr double LOST_ROOT = 1e-6;
 // A vector shorter than this times the size of the arm has no direction.
 constexpr double NO_LENGTH = 1e-10;
+// One shorter than this hardly has one: the tolerances leave it a range.
+constexpr double WEAK_LENGTH = 1e-4;
 
 template <int W>
 struct LaneContext {
   using P = Pack<W>;
   Mask<W> near = Mask<W>::all(false);
-  Mask<W> singular = Mask<W>::all(false);
-  unsigned singular_slots = 0;
+  Mask<W> weak = Mask<W>::all(false);
+  Mask<W> free_slot[FREE_SLOTS] = {Mask<W>::all(false), Mask<W>::all(false), Mask<W>::all(false), Mask<W>::all(false)};
   P free_cos[FREE_SLOTS] = {P(1.0), P(1.0), P(1.0), P(1.0)};
   P free_sin[FREE_SLOTS] = {P(0.0), P(0.0), P(0.0), P(0.0)};
 
@@ -40,8 +41,8 @@ struct LaneContext {
     P k = P(1.0) / sqrt(n2);
     c = select(none, free_cos[slot], c * k);
     s = select(none, free_sin[slot], s * k);
-    singular = singular | none;
-    if (__builtin_expect(any(none), 0)) singular_slots |= 1u << slot;
+    weak = weak | !(n2 > P(WEAK_LENGTH * WEAK_LENGTH) * scale2);
+    free_slot[slot] = free_slot[slot] | none;
   }
   KINVERSE_INLINE P cosine(P c) { return max(min(c, P(1.0)), P(-1.0)); }
   KINVERSE_INLINE void equation(P, double) {}
@@ -67,7 +68,7 @@ struct IntervalContext {
     auto within_one = [](Interval x) { return Interval(x.lo > -1.0 ? x.lo : -1.0, x.hi < 1.0 ? x.hi : 1.0); };
     c = n.lo > 0.0 ? within_one(quotient(c, n)) : Interval(-1.0, 1.0);
     s = n.lo > 0.0 ? within_one(quotient(s, n)) : Interval(-1.0, 1.0);
-    constexpr double WIDE = 0.05;
+    constexpr double WIDE = 1e-4;
     if (open_slot < 0 && !arc_set && (c.hi - c.lo > WIDE || s.hi - s.lo > WIDE)) open_slot = slot;
     if (!arc_set || slot != open_slot) return;
     // no arc crosses a multiple of pi/2 inside, so sine and cosine are monotone on it

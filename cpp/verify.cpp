@@ -50,7 +50,7 @@ double distance(const double* a, const double* b, int dof, const std::vector<boo
 // Every winding of q inside the limits, or the nearest one if there is none.
 void all_windings(const Chain& chain, const std::vector<bool>& turns, const std::vector<double>& reference,
                   std::vector<double> q, size_t joint, std::vector<std::vector<double>>& found) {
-  constexpr size_t MOST = 4096;
+  constexpr size_t MOST = 8192;  // a guard: fit refuses settings that could come near it
   if (joint == static_cast<size_t>(chain.dof)) {
     if (found.size() < MOST) found.push_back(q);
     return;
@@ -66,6 +66,34 @@ void all_windings(const Chain& chain, const std::vector<bool>& turns, const std:
     q[joint] = std::fma(k, TWO_PI, base);
     all_windings(chain, turns, reference, q, joint + 1, found);
   }
+}
+
+// All verified candidates lie outside the limits. Moved onto them, some may still hold (these become
+// usable), some may nearly hold; true if neither is so, by a factor of `margin` in the error.
+bool clearly_out_of_limits(const Chain& chain, const Choice& choice, const double* T, std::vector<Candidate>& candidates) {
+  constexpr double MARGIN = 100.0;
+  std::vector<double> moved;
+  std::vector<std::int64_t> pose;
+  std::vector<Candidate*> of;
+  for (Candidate& c : candidates) {
+    if (!c.verified) continue;
+    for (int j = 0; j < chain.dof; ++j)
+      moved.push_back(std::clamp(c.q[static_cast<size_t>(j)], chain.lower[j], chain.upper[j]));
+    pose.push_back(0);
+    of.push_back(&c);
+  }
+  std::vector<double> position(of.size()), rotation(of.size());
+  active_kernels().measure(chain, choice.task, T, pose.data(), moved.data(), static_cast<long>(of.size()),
+                           position.data(), rotation.data());
+  bool clear = true;
+  for (size_t k = 0; k < of.size(); ++k) {
+    const double excess = std::max(position[k] / choice.tol_position, rotation[k] / choice.tol_rotation);
+    clear = clear && excess > MARGIN;
+    if (!(excess <= 1.0)) continue;
+    const double* row = moved.data() + k * static_cast<size_t>(chain.dof);
+    *of[k] = {{row, row + chain.dof}, position[k], rotation[k], of[k]->branch, true, true};
+  }
+  return clear;
 }
 
 void project_rotation(double* T) {
@@ -96,36 +124,41 @@ std::vector<double> winding_reference(const Chain& chain, const double* seed, bo
   return reference;
 }
 
-void finish_pose(const Chain& chain, const Choice& choice, std::vector<Candidate>& candidates, const double* seed,
-                 Status unsolved, bool singular, Table& table) {
+void finish_pose(const Chain& chain, const Choice& choice, std::vector<Candidate>& candidates, const PoseFacts& facts,
+                 Table& table) {
+  const std::vector<bool> turns = turning_joints(chain);
+  auto error = [](const Candidate& c) { return std::max(c.position_error, c.rotation_error); };
+  auto usable = [&](const Candidate& c) { return c.verified && (c.inside || !choice.hold_limits); };
+  Status unsolved = facts.unsolved;
+  if (std::any_of(candidates.begin(), candidates.end(), [](const Candidate& c) { return c.verified; }) &&
+      std::none_of(candidates.begin(), candidates.end(), usable)) {
+    const bool shown = clearly_out_of_limits(chain, choice, facts.T, candidates);
+    unsolved = shown && !facts.representative ? Status::out_of_limits : Status::not_found;
+  }
+  const bool has_exact = std::any_of(candidates.begin(), candidates.end(),
+                                     [&](const Candidate& c) { return usable(c) && error(c) <= choice.exact; });
   std::vector<const Candidate*> kept;
   const Candidate* best = nullptr;
-  const std::vector<bool> turns = turning_joints(chain);
-  auto worse = [](const Candidate& a, const Candidate& b) {
-    return std::max(a.position_error, a.rotation_error) > std::max(b.position_error, b.rotation_error);
-  };
   for (const Candidate& c : candidates) {
-    if (!best || worse(*best, c)) best = &c;
-    if (!c.verified) continue;
-    unsolved = Status::out_of_limits;
-    if (choice.hold_limits && !c.inside) continue;
-    bool known = std::any_of(kept.begin(), kept.end(), [&](const Candidate* k) {
+    if (!best || error(c) < error(*best)) best = &c;
+    if (!usable(c) || (has_exact && !(error(c) <= choice.exact))) continue;
+    const bool known = c.may_repeat && std::any_of(kept.begin(), kept.end(), [&](const Candidate* k) {
       return distance(k->q.data(), c.q.data(), chain.dof, choice.all_windings ? nullptr : &turns) < SAME_SOLUTION;
     });
     if (!known) kept.push_back(&c);
   }
   std::stable_sort(kept.begin(), kept.end(), [&](const Candidate* a, const Candidate* b) {
-    if (!seed) return a->branch < b->branch;
-    return distance(a->q.data(), seed, chain.dof, nullptr) < distance(b->q.data(), seed, chain.dof, nullptr);
+    if (!facts.seed) return a->branch < b->branch;
+    return distance(a->q.data(), facts.seed, chain.dof, nullptr) < distance(b->q.data(), facts.seed, chain.dof, nullptr);
   });
   for (const Candidate* c : kept) table.add({c->q.data(), c->position_error, c->rotation_error, c->branch, 1});
   if (kept.empty() && best) table.add_best({best->q.data(), best->position_error, best->rotation_error, best->branch, 1});
-  table.end_pose(unsolved, singular);
+  table.end_pose(unsolved, facts.singular);
 }
 
 Table verify(const Chain& chain, const Choice& choice, const double* T, long poses, const double* q,
              const std::int64_t* pose_index, const std::int32_t* branch, long count, const std::uint8_t* hint,
-             const Seeds& seeds) {
+             const Seeds& seeds, const std::uint8_t* singular) {
   const std::vector<bool> turns = turning_joints(chain);
   const size_t dof = static_cast<size_t>(chain.dof);
   // by pose, in the order given
@@ -136,12 +169,25 @@ Table verify(const Chain& chain, const Choice& choice, const double* T, long pos
   std::vector<double> wound;
   std::vector<std::int64_t> pose_of;
   std::vector<int> branch_of;
+  std::vector<bool> may_repeat;
+  std::vector<std::vector<double>> seen;  // of the pose at hand, before windings
+  std::int64_t seen_pose = -1;
   for (long k : order) {
     const double* row = q + k * chain.dof;
     std::vector<double> reference = winding_reference(chain, seeds.of(pose_index[k], chain.dof), choice.hold_limits);
     std::vector<std::vector<double>> windings;
     std::vector<double> values(row, row + dof);
     if (std::any_of(values.begin(), values.end(), [](double v) { return !std::isfinite(v); })) continue;
+    bool repeats = true;
+    if (pose_index[k] != seen_pose) seen.clear();
+    seen_pose = pose_index[k];
+    if (choice.all_windings) {
+      // told before windings multiply the pairs to compare
+      repeats = std::any_of(seen.begin(), seen.end(), [&](const std::vector<double>& other) {
+        return distance(other.data(), values.data(), chain.dof, &turns) < 2.0 * SAME_SOLUTION;
+      });
+      seen.push_back(values);
+    }
     if (choice.all_windings && choice.hold_limits) {
       all_windings(chain, turns, reference, values, 0, windings);
     } else {
@@ -153,6 +199,7 @@ Table verify(const Chain& chain, const Choice& choice, const double* T, long pos
       wound.insert(wound.end(), w.begin(), w.end());
       pose_of.push_back(pose_index[k]);
       branch_of.push_back(branch[k]);
+      may_repeat.push_back(repeats);
     }
   }
   const long measured = static_cast<long>(pose_of.size());
@@ -170,10 +217,12 @@ Table verify(const Chain& chain, const Choice& choice, const double* T, long pos
       bool inside = true;
       for (size_t j = 0; j < dof; ++j) inside = inside && row[j] >= chain.lower[j] && row[j] <= chain.upper[j];
       bool verified = position[next] <= choice.tol_position && rotation[next] <= choice.tol_rotation;
-      candidates.push_back({{row, row + dof}, position[next], rotation[next], branch_of[next], inside, verified});
+      candidates.push_back({{row, row + dof}, position[next], rotation[next], branch_of[next], inside, verified, may_repeat[next]});
     }
     table.evaluations.push(static_cast<std::int64_t>(candidates.size()));
-    finish_pose(chain, choice, candidates, seeds.of(pose, chain.dof), static_cast<Status>(hint[pose]), false, table);
+    const bool continuum = singular && singular[pose];
+    finish_pose(chain, choice, candidates,
+                {T + 16 * pose, seeds.of(pose, chain.dof), static_cast<Status>(hint[pose]), continuum, continuum}, table);
   }
   return table;
 }

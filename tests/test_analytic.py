@@ -347,3 +347,86 @@ def test_six_digit_poses_pass():
     s = Analytic().fit(robot).solve(T)
     assert (s.count > 0).mean() > 0.9
     assert s.position_error.max() <= 1e-6
+
+
+# ---- what a review found: each of these once gave a wrong answer ----------------------------
+
+
+def special(name, robot, count):
+    from kinverse.bench.cases import SPECIAL
+
+    return SPECIAL[name](robot, count)
+
+
+@pytest.mark.parametrize("isa", kernels.instruction_sets())
+@pytest.mark.parametrize("name", ["kr16", "irb1400", "ur5"])
+def test_singular_neighbours_in_a_batch_change_nothing(isa, name):
+    robot = kv.load(name)
+    solver = Analytic().fit(robot)
+    kinds = ["wrist singular", "shoulder singular", "joints at 0, +-pi/2, pi"]
+    q = np.stack([special(kind, robot, 16) for kind in kinds], axis=1).reshape(-1, 6)
+    T = robot.fk(q)
+    before = kernels.instruction_set()
+    kernels.set_instruction_set(isa)
+    try:
+        batch = solver.solve(T)
+        for i in range(len(T)):
+            assert solver.solve(T[i]).q.tobytes() == batch[i].q.tobytes()
+    finally:
+        kernels.set_instruction_set(before)
+
+
+@pytest.mark.parametrize("name", ["irb1400", "puma560", "kr16", "rx160l"])
+def test_two_singularities_and_narrow_limits_are_never_out_of_limits_falsely(name):
+    robot = kv.load(name)
+    q = special("shoulder singular", robot, 60)
+    q[:, 4], q[:, 3] = 0.0, np.linspace(-0.4, 0.4, 60)
+    narrow = robot.with_limits({3: (-0.5, 0.5)})
+    s = Analytic().fit(narrow).solve(narrow.fk(q))
+    assert not (s.status == kv.Status.OUT_OF_LIMITS).any()
+    assert kv.solve(narrow, narrow.fk(q)).ok.all()
+
+
+@pytest.mark.parametrize("noise", [1e-10, 1e-8, 1e-7])
+def test_noise_near_a_singular_pose_does_not_put_it_out_of_limits(noise):
+    robot = kv.load("puma560").with_limits({3: (-0.5, 0.5), 1: (-1.2, -0.4), 2: (0.2, 1.0)})
+    q = robot.random(60, rng=1)
+    q[:, 4] = 0.0
+    T = robot.fk(q)
+    axes = np.random.default_rng(2).normal(size=(60, 3))
+    T[:, :3, :3] = T[:, :3, :3] @ kv.se3.rotation_exp(noise * axes)
+    assert kv.solve(robot, T).ok.all()
+
+
+def test_just_outside_a_limit_but_within_the_tolerance_is_solved():
+    robot = kv.load("puma560")
+    q = robot.random(100, rng=5)
+    q[:, 1] = robot.limits[1, 1] + 3e-7
+    s = kv.solve(robot, robot.fk(q))
+    assert s.ok.all()
+    low, high = robot.limits.T
+    assert (s.q >= low).all() and (s.q <= high).all()
+
+
+def test_axes_that_are_only_nearly_parallel_prove_nothing_false():
+    a = 1.570796327
+    robot = kv.Robot.from_dh(
+        a=[0.1, 0.3, 0.2, 0, 0], d=[0.4, 0, 0, 0, 0.1], alpha=[a, 0, 4e-9, a, 0], joints="RRRRR"
+    )
+    tight = Analytic(tol_position=1e-9, tol_rotation=1e-9).fit(robot)
+    s = tight.solve(robot.fk(robot.random(200, rng=1)))
+    assert not (s.status == kv.Status.UNREACHABLE).any()
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 1e-2])
+def test_the_same_branches_whichever_way_they_are_verified(tolerance):
+    for name in ("ur5", "kr16"):
+        robot = kv.load(name)
+        settings = {"tol_position": tolerance, "tol_rotation": tolerance}
+        fused, stepwise = Analytic(**settings).fit(robot), Analytic(**settings).fit(robot)
+        stepwise._fused = None
+        exact_angles = special("joints at 0, +-pi/2, pi", robot, 99)
+        q = np.concatenate([robot.random(300, rng=3), exact_angles])
+        one, two = fused.solve(robot.fk(q)), stepwise.solve(robot.fk(q))
+        np.testing.assert_array_equal(one.status, two.status)
+        np.testing.assert_array_equal(one.count, two.count)

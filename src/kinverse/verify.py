@@ -71,7 +71,10 @@ class Proposal:
         hint: (N,) what the solver claims for a pose if no candidate of it holds: UNREACHABLE only
             where it is shown that no joint values meet the tolerances; None: all NOT_FOUND.
         evaluations: (N,) forward kinematics evaluations spent; None: as counted by verification.
-        singular: (N,) the pose meets a continuum of solutions; None: as seen by verification.
+        singular: (N,) the pose meets a continuum of solutions, of which the candidates are
+            representatives; None: no pose does.
+        exact: the error [m, rad] that rounding explains, for methods that are exact: candidates
+            with more count only for poses that have none with less.
     """
 
     q: Array
@@ -80,6 +83,7 @@ class Proposal:
     hint: NDArray[np.uint8] | None = None
     evaluations: NDArray[np.int64] | None = None
     singular: NDArray[np.bool_] | None = None
+    exact: float = float("inf")
 
 
 def verify(
@@ -130,6 +134,9 @@ def verify_table(
     if not np.isin(hint, (Status.UNREACHABLE, Status.NOT_FOUND)).all():
         raise InputError("Proposal.hint must hold UNREACHABLE or NOT_FOUND: the rest is measured")
     branch = np.full(count, -1) if proposal.branch is None else proposal.branch
+    singular = None
+    if proposal.singular is not None:
+        singular = _array("singular", proposal.singular, np.bool_, (poses,))
     table: TableLike = kernels.verify(
         robot.chain,
         task.code,
@@ -143,14 +150,13 @@ def verify_table(
         float(settings.tol_rotation),
         settings.windings == "all",
         settings.limits == "ignore",
+        float(proposal.exact),
+        singular,
     )
     changes: dict[str, NDArray[Any]] = {}
     if proposal.evaluations is not None:
         evaluations = _array("evaluations", proposal.evaluations, np.int64, (poses,))
         changes["evaluations"] = evaluations
-    if proposal.singular is not None:
-        singular = _array("singular", proposal.singular, np.bool_, (poses,))
-        changes["singular"] = singular | table.singular
     return replaced(table, **changes) if changes else table
 
 

@@ -131,7 +131,7 @@ void exercise_verification() {
     choice.all_windings = round % 5 == 0;
     choice.hold_limits = round % 7 != 0;
     const Table table = verify(chain.view(), choice, T.data(), count, q.data(), index.data(), branch.data(), candidates,
-                               hint.data(), round % 2 ? Seeds{seeds.data(), false} : Seeds{});
+                               hint.data(), round % 2 ? Seeds{seeds.data(), false} : Seeds{}, nullptr);
     if (table.poses() != count) std::abort();
   }
 }
@@ -159,7 +159,7 @@ void exercise_closed_forms() {
     }
     random_rotation(spec.base_inverse, false);
     random_rotation(spec.tool_inverse, false);
-    const Analytic analytic(random_chain(spec.dof, false), spec, 1e-9);
+    const Analytic analytic(random_chain(spec.dof, false), spec);
     const long count = 1 + static_cast<long>(generator() % 21);
     const auto T = poses(count, round % 3 == 0);
     const auto seeds = numbers(static_cast<size_t>(count * spec.dof), false);

@@ -81,7 +81,7 @@ class Analytic(Solver):
             float(settings.tol_position),
             float(settings.tol_rotation),
             settings.limits == "ignore",
-            EXACT * max(1.0, spec.size),
+            self._exact,
         )
         self._form: Any
         if spec.family is Family.GENERAL_6R:
@@ -90,6 +90,10 @@ class Analytic(Solver):
             self._form = self._special_form(tolerances)
         if settings.windings == "nearest":
             self._fused = self._form.solve
+
+    @property
+    def _exact(self) -> float:
+        return EXACT * max(1.0, self.spec_.size)
 
     def _special_form(self, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
@@ -108,6 +112,7 @@ class Analytic(Solver):
             links.sign,
             links.offset,
             *tolerances,
+            spec.deviation(self.robot_),
         )
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
@@ -119,4 +124,5 @@ class Analytic(Solver):
             hint=hint,
             evaluations=np.bincount(pose_index, minlength=len(T)),
             singular=singular,
+            exact=self._exact,
         )
