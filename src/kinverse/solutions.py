@@ -28,6 +28,7 @@ class Origin(NamedTuple):
     robot: "Robot"
     task: Task
     branch_labels: tuple[str, ...]
+    limits: str = "hold"
 
 
 class Intervals(NamedTuple):
@@ -202,7 +203,11 @@ class Solutions:
         return (self[index] for index in range(len(self)))
 
     def nearest(self, q: ArrayLike) -> Array:
-        """The solution of each pose whose largest joint distance to q is least.
+        """The solution of each pose whose largest single joint distance to q is least.
+
+        Revolute joints come turned by whole turns to where they are nearest to q, inside the
+        limits (freely for a solver with limits="ignore"): from a wrist at 190 degrees the answer
+        is 200, not -160, if the limits allow it.
 
         Args:
             q: (n,) or (N, n) joint values [rad or m].
@@ -226,7 +231,8 @@ class Solutions:
                 nearest q_seed if one was given), "least_motion" (the poses as a path: least sum
                 of largest joint distances along it, from q if given), "mid_limits" (least
                 largest distance from the middle of the limits, relative to the range) or
-                "manipulability" (greatest; Yoshikawa 1985).
+                "manipulability" (greatest; Yoshikawa 1985). The first two turn revolute joints by
+                whole turns, as :meth:`nearest` does: towards q, or towards the pose before.
             q: (n,) or (N, n) joint values [rad or m] for the first two rules.
 
         Returns:
@@ -242,8 +248,9 @@ class Solutions:
         if choose is None:
             raise InputError(f"unknown rule {rule!r}: the rules are {', '.join(ranking.RULES)}")
         near = None if q is None else se3.as_joints(q, self.robot.dof, "q", count=len(self))
-        rows = choose(self.robot, self._origin.task, self._table, near)
-        return Solutions(kept(self._table, rows), self._origin)
+        origin = self._origin
+        rows, values = choose(self.robot, origin.task, self._table, near, origin.limits)
+        return Solutions(replaced(kept(self._table, rows), q=values), origin)
 
     def filter(self, predicate: Callable[[Array], Any]) -> "Solutions":
         """Only the solutions a predicate accepts, such as those free of collision.

@@ -249,7 +249,7 @@ class Solver:
 
     def _rebind(self) -> None:
         task = as_task(self.settings_.task)
-        self._origin = Origin(self.robot_, task, self.branch_labels_)
+        self._origin = Origin(self.robot_, task, self.branch_labels_, self.settings_.limits)
         self._bind()
 
     def __getstate__(self) -> dict[str, Any]:
