@@ -278,3 +278,18 @@ def test_types_are_told_apart_from_values():
 def test_none_rows_of_limits_are_a_full_turn():
     robot = Robot.from_dh(a=1, d=0, alpha=0, joints="RR", limits=[None, (0, 1)])
     assert robot.limits.tolist() == [[-np.pi, np.pi], [0, 1]]
+
+
+def test_as_many_joints_as_the_native_core_holds():
+    most = Robot.from_dh(a=0.1, d=0, alpha=0, joints="R" * 32)
+    assert most.fk(np.zeros(32)).shape == (4, 4)
+    with pytest.raises(InputError, match="33 moving joints, more than 32"):
+        Robot.from_dh(a=0.1, d=0, alpha=0, joints="R" * 33)
+
+
+@pytest.mark.parametrize("pair", [(-1e308, 1e308), (0, 1.1e9), (-2e9, 0)])
+def test_limits_that_are_no_limits_are_refused(pair):
+    with pytest.raises(InputError, match="limits of joint 'joint2' must lie within"):
+        Robot.from_dh(a=1, d=0, alpha=0, joints="RR", limits=[None, pair])
+    wide = Robot.from_dh(a=1, d=0, alpha=0, joints="R", limits=[(-1e9, 1e9)])
+    assert np.isfinite(wide.random(10)).all()

@@ -13,12 +13,18 @@ from kinverse.dh_table import DHTable, dh_table
 from kinverse.errors import InputError
 from kinverse.geometry import axis_lines
 
-__all__ = ["LIMIT_SLACK", "Robot"]
+__all__ = ["LIMIT_SLACK", "MOST_JOINTS", "MOST_LIMIT", "Robot"]
 
 Array = NDArray[np.float64]
 
 LIMIT_SLACK = 1e-9
 """How far outside its limits a joint value [rad or m] still counts as inside."""
+
+MOST_JOINTS = 32
+"""Moving joints a robot may have: MAX_JOINTS of the native core."""
+
+MOST_LIMIT = 1e9
+"""Largest joint limit [rad or m], with either sign."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,8 +55,8 @@ class Robot:
 
     Raises:
         TypeError: complex, object or text data.
-        InputError: no joint, wrong lengths, transforms that are not rigid, limits that are upside
-            down or not finite, repeated names.
+        InputError: no joint or more than 32, wrong lengths, transforms that are not rigid, limits
+            that are upside down, not finite or beyond +-1e9, repeated names.
 
     Example:
         >>> arm = Robot.from_dh(a=[0.3, 0.2], d=0, alpha=0, joints="RR")
@@ -85,6 +91,8 @@ class Robot:
         m = len(kinds)
         if m == 0:
             raise InputError(f"robot {name!r} has no moving joint")
+        if m > MOST_JOINTS:
+            raise InputError(f"robot {name!r} has {m} moving joints, more than {MOST_JOINTS}")
         if set(kinds) - set("RP"):
             raise InputError(f"joint kinds must be R (revolute) or P (prismatic), got {kinds!r}")
         stack = se3.as_poses(frames, "frames")
@@ -456,6 +464,11 @@ def _limits(limits: Any, kinds: Sequence[str], names: Sequence[str]) -> Array:
         pair = se3.as_real(row, f"limits of joint {name!r}")
         if pair.shape != (2,) or not np.isfinite(pair).all():
             raise InputError(f"limits of joint {name!r} must be two finite numbers, got {row}")
+        if np.abs(pair).max() > MOST_LIMIT:
+            raise InputError(
+                f"limits of joint {name!r} must lie within +-{MOST_LIMIT:g},"
+                f" got {pair[0]:g} to {pair[1]:g}"
+            )
         if pair[0] > pair[1]:
             raise InputError(f"limits of joint {name!r} are upside down: {pair[0]:g} > {pair[1]:g}")
         out[j] = pair
