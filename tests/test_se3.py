@@ -106,6 +106,8 @@ def test_ragged_input_is_refused():
     [
         ((0, 0), np.nan, "NaN"),
         ((1, 3), np.inf, "NaN or inf"),
+        ((2, 3), 1.1e100, "translation is 1.1e\\+100 m, allowed is 1e\\+100"),
+        ((0, 3), -1e300, "translation"),
         ((0, 0), 1.001, "R'R"),
         ((0, 1), 1e200, "R'R"),
         ((2, 2), -1.0, "reflection"),
@@ -267,3 +269,14 @@ def test_oracle_angle_agrees_with_log(a, b):
     A, B = se3.rotation_exp(a), se3.rotation_exp(b)
     size = np.linalg.norm(se3.rotation_log(A @ B.T))
     assert abs(oracle.angle_between(A, B) - size) < 1e-7
+
+
+def test_joints_beyond_a_bound_name_their_row():
+    q = np.zeros((2, 4, 3))
+    q[1, 2, 0] = -2e6
+    assert se3.as_joints(q, 3).shape == q.shape
+    with pytest.raises(InputError, match=r"q must lie within \+-1e\+06, got -2e\+06 in row 1, 2"):
+        se3.as_joints(q, 3, bound=1e6)
+    with pytest.raises(InputError, match=r"got -2e\+06$"):
+        se3.as_joints(q[1, 2], 3, bound=1e6)
+    assert se3.as_joints([1e6, -1e6], 2, bound=1e6).tolist() == [1e6, -1e6]

@@ -4,7 +4,6 @@ Conventions: lengths in metres, angles in radians, quaternions ``wxyz``, and rol
 as ``R = Rz(yaw) @ Ry(pitch) @ Rx(roll)`` (the URDF convention).
 """
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse.errors import InputError
 
 __all__ = [
+    "MOST_METRES",
+    "MOST_SEED",
     "RIGID_TOLERANCE",
     "as_joints",
     "as_pose",
@@ -41,6 +42,12 @@ Array = NDArray[np.float64]
 RIGID_TOLERANCE = 1e-5
 """Largest entry of ``|R'R - I|`` that still counts as a rotation (six-digit files pass)."""
 
+MOST_METRES = 1e100
+"""Largest translation [m] of a pose: its square is still a number."""
+
+MOST_SEED = 1e6
+"""Largest joint value to be near to [rad or m]: its whole turns can still be told apart."""
+
 _EYE = np.eye(3)
 _LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -67,7 +74,9 @@ def as_real(values: Any, name: str) -> Array:
     return np.asarray(array, dtype=np.float64, order="C")
 
 
-def as_joints(q: Any, dof: int, name: str = "q", count: int | None = None) -> Array:
+def as_joints(
+    q: Any, dof: int, name: str = "q", count: int | None = None, bound: float | None = None
+) -> Array:
     """Check joint values and convert them to float64.
 
     Args:
@@ -75,13 +84,15 @@ def as_joints(q: Any, dof: int, name: str = "q", count: int | None = None) -> Ar
         dof: number of free joints.
         name: how the argument is called in messages.
         count: if given, q must be (dof,) or (count, dof) and the answer is (count, dof).
+        bound: if given, no value may be larger than this, with either sign.
 
     Returns:
         (..., dof) C-contiguous float64.
 
     Raises:
         TypeError: complex, boolean, object or text data.
-        InputError: another shape, or values that are not finite.
+        InputError: another shape, or values that are not finite or beyond the bound; the message
+            names the first bad row.
 
     Example:
         >>> as_joints([1, 2, 3], 3).shape
@@ -91,9 +102,11 @@ def as_joints(q: Any, dof: int, name: str = "q", count: int | None = None) -> Ar
     if array.ndim == 0 or array.shape[-1] != dof:
         raise InputError(f"{name} must have shape (..., {dof}), got {array.shape}")
     if not np.isfinite(array).all():
-        row = np.argwhere(~np.isfinite(array))[0][:-1].tolist()
-        where = f" in row {', '.join(map(str, row))}" if row else ""
+        where, _ = _first(~np.isfinite(array), array)
         raise InputError(f"{name} must be finite, got NaN or inf{where}")
+    if bound is not None and (np.abs(array) > bound).any():
+        where, value = _first(np.abs(array) > bound, array)
+        raise InputError(f"{name} must lie within +-{bound:g}, got {value:g}{where}")
     if count is not None:
         if array.shape not in ((dof,), (count, dof)):
             raise InputError(
@@ -101,6 +114,13 @@ def as_joints(q: Any, dof: int, name: str = "q", count: int | None = None) -> Ar
             )
         return np.ascontiguousarray(np.broadcast_to(array, (count, dof)))
     return array
+
+
+def _first(bad: NDArray[np.bool_], array: Array) -> tuple[str, float]:
+    """Where the first bad joint value is, in words, and what it is."""
+    at = tuple(np.argwhere(bad)[0].tolist())
+    row = ", ".join(map(str, at[:-1]))
+    return f" in row {row}" if row else "", float(array[at])
 
 
 def as_poses(T: Any, name: str = "T") -> Array:
@@ -116,9 +136,9 @@ def as_poses(T: Any, name: str = "T") -> Array:
 
     Raises:
         TypeError: complex, boolean, object or text data.
-        InputError: another shape, NaN or inf, a last row that is not 0 0 0 1, or a rotation part
-            with ``max|R'R - I| > 1e-5`` or a determinant that is not positive; the message names
-            the first bad row.
+        InputError: another shape, NaN or inf, a translation beyond 1e100 m, a last row that is
+            not 0 0 0 1, or a rotation part with ``max|R'R - I| > 1e-5`` or a determinant that is
+            not positive; the message names the first bad row.
 
     Example:
         >>> as_poses(np.eye(4)).shape
@@ -140,7 +160,7 @@ def as_poses(T: Any, name: str = "T") -> Array:
     with np.errstate(over="ignore", invalid="ignore"):
         skew = np.abs(R.transpose(0, 2, 1) @ R - _EYE).max(axis=(1, 2), initial=0.0)
         good = (skew <= RIGID_TOLERANCE) & (array[:, 3] == _LAST_ROW).all(axis=1)
-        good &= np.isfinite(array[:, :3, 3]).all(axis=1) & (_determinant(R) > 0.0)
+        good &= (np.abs(array[:, :3, 3]) <= MOST_METRES).all(axis=1) & (_determinant(R) > 0.0)
     if not good.all():
         row = int(np.argmin(good))
         where = name if single else f"{name}[{row}] (row {row})"
@@ -169,7 +189,9 @@ def _is_rigid(rows: list[list[float]]) -> bool:
         and abs(a * c + d * f + g * i) <= RIGID_TOLERANCE
         and abs(b * c + e * f + h * i) <= RIGID_TOLERANCE
         and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
-        and math.isfinite(x + y + z)
+        and abs(x) <= MOST_METRES
+        and abs(y) <= MOST_METRES
+        and abs(z) <= MOST_METRES
     )
 
 
@@ -184,6 +206,9 @@ def _why_not_rigid(T: Array) -> str:
         return "it holds NaN or inf"
     if (T[3] != _LAST_ROW).any():
         return f"its last row is {T[3].tolist()}, not [0, 0, 0, 1]"
+    far = float(np.abs(T[:3, 3]).max())
+    if far > MOST_METRES:
+        return f"its translation is {far:.3g} m, allowed is {MOST_METRES:g}"
     with np.errstate(over="ignore", invalid="ignore"):
         skew = float(np.abs(T[:3, :3].T @ T[:3, :3] - _EYE).max())
     if not skew <= RIGID_TOLERANCE:
