@@ -6,6 +6,8 @@ import pytest
 from fakes import Formless, Newton, Says
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.solvers import FirstOf, Seeded
+from kinverse.solvers.analytic import Analytic
+from kinverse.solvers.numerical import Numerical
 from kinverse.status import Status
 
 TRUE = np.array([0.4, -0.9, 0.7])
@@ -147,3 +149,45 @@ def test_wrappers_nest(planar, T):
     s = FirstOf([refined, FirstOf([Newton("planar")])]).fit(planar).solve(T)
     assert s.ok.all()
     assert "Seeded(first=Says(" in repr(FirstOf([refined]))
+
+
+def test_any_buffer_falls_through(puma):
+    """The native call of the first solver takes buffers of numbers that are no arrays."""
+    solver = FirstOf([Analytic(), Says(status=3)]).fit(puma)
+    T = np.stack([np.eye(4), puma.fk(np.full(6, 0.3))])
+    T[0, :3, 3] = [0.0, 0.0, 1.0]
+    q_seed = np.tile(np.linspace(0.1, 0.6, 6), (2, 1))
+    solver.solvers_[0]._fused = lambda *call: Says(status=3).fit(puma).solve(T)._table
+    solver._bind()
+    expected = solver.solve(T, q_seed)
+    for given, near in ((memoryview(T), memoryview(q_seed)), (array_of(T), q_seed[0].tolist())):
+        s = solver.solve(given, near)
+        assert s.status.tolist() == expected.status.tolist() == [3, 3]
+        assert s.stats.evaluations.tolist() == [14, 14]
+
+
+def array_of(T):
+    """Something with the shape of poses in a type that is not float64."""
+    return T.astype(np.float32)
+
+
+def test_seeded_refuses_a_refiner_that_counts_from_the_seed(planar):
+    near = Numerical(task="planar", max_joint_distance=0.2)
+    with pytest.raises(InputError, match="max_joint_distance of Numerical.*first solver or leave"):
+        Seeded(Newton("planar"), near).fit(planar)
+    # as the first solver it may count, and says at once when there is no seed
+    solver = Seeded(near, Numerical(task="planar")).fit(planar)
+    with pytest.raises(InputError, match="max_joint_distance is counted from q_seed"):
+        solver.solve(planar.fk(TRUE))
+    assert solver.solve(planar.fk(TRUE), TRUE + 0.1).ok.all()
+
+
+@pytest.mark.parametrize("first", [Newton("planar", starts=2), Numerical(task="planar")])
+def test_a_later_solver_that_needs_a_seed_says_so_at_once(planar, T, first):
+    near = Numerical(task="planar", max_joint_distance=0.2)
+    for solver in (FirstOf([first, near]), FirstOf([first, FirstOf([first, near])])):
+        solver.fit(planar)
+        assert first.clone().fit(planar).solve(T).ok.all()  # nothing falls through
+        with pytest.raises(InputError, match="max_joint_distance is counted from q_seed"):
+            solver.solve(T)
+        assert solver.solve(T, TRUE).ok.all()

@@ -124,6 +124,12 @@ def test_least_motion_equals_brute_force(planar):
         assert length(s.select("least_motion", q).q) == min(map(length, product(*groups)))
 
 
+@pytest.mark.parametrize("rule", [["x"], None, {}])
+def test_rules_that_are_no_text_are_refused_alike(s, rule):
+    with pytest.raises(InputError, match="unknown rule.*nearest, least_motion"):
+        s.select(rule)
+
+
 def test_unknown_rule_names_the_rules(s):
     with pytest.raises(InputError, match="nearest, least_motion, mid_limits, manipulability"):
         s.select("closest")

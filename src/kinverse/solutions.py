@@ -70,7 +70,10 @@ class Stats:
 
     @property
     def singular(self) -> Bools:
-        """(N,) the pose meets a continuum of solutions; what is returned represents it."""
+        """(N,) the pose meets a continuum of solutions; what is returned represents it.
+
+        Set by closed forms only: False of any other method says nothing.
+        """
         return self._table.singular
 
     @property
@@ -244,7 +247,7 @@ class Solutions:
         Example:
             >>> path = s.select("least_motion", q_now).q
         """
-        choose = ranking.RULES.get(rule)
+        choose = ranking.RULES.get(rule) if isinstance(rule, str) else None
         if choose is None:
             raise InputError(f"unknown rule {rule!r}: the rules are {', '.join(ranking.RULES)}")
         near = None if q is None else se3.as_joints(q, self.robot.dof, "q", count=len(self))

@@ -9,6 +9,7 @@ from kinverse.robot import Robot
 from kinverse.solutions import Solutions
 from kinverse.solvers._base import Rng, Solver
 from kinverse.solvers.registry import make_solver
+from kinverse.task import as_task
 
 __all__ = ["solve"]
 
@@ -54,6 +55,8 @@ def solve(
     """
     if isinstance(solver, str):
         name = "pose" if task is None else task
+        if not isinstance(name, str):
+            as_task(name)  # says what the tasks are
         # the robot's id is safe as a key: the entry keeps the robot alive
         fitted = _fitted.get((id(robot), solver, name))
         if fitted is None:

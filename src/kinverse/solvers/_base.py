@@ -17,6 +17,7 @@ is pickled; native handles start with ``_``, are made by ``_bind`` and are never
 
 import inspect
 from collections.abc import Callable
+from math import prod
 from typing import Any, ClassVar, Self, TypeAlias, final
 
 import numpy as np
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.errors import InputError
+from kinverse.ranking import turning
 from kinverse.robot import Robot
 from kinverse.solutions import Origin, Solutions
 from kinverse.table import TableLike
@@ -36,6 +38,9 @@ Array = NDArray[np.float64]
 # text, because naming np.random loads it: a tenth of numpy's own import
 Rng: TypeAlias = "int | np.random.Generator | None"
 Fused = Callable[[Any, Any, int], TableLike | None]
+
+MOST_WINDINGS = 4096
+"""Windings a solution may have: that many the native core lists."""
 
 _blank = object.__new__
 
@@ -91,6 +96,10 @@ class Solver:
         """
         raise NotImplementedError(f"{type(self).__name__} has no _refine")
 
+    def _counted_from_seed(self) -> str:
+        """Name of a setting that is counted from q_seed, which must then be given; "" if none."""
+        return ""
+
     # What a user calls ------------------------------------------------------------------------
 
     @final
@@ -115,6 +124,7 @@ class Solver:
         for name in [name for name in vars(self) if _is_state(name)]:
             delattr(self, name)
         self.settings_ = self._check_settings()
+        _check_for_robot(self.settings_, robot)
         try:
             self._fit(robot)
             self.robot_ = robot
@@ -159,10 +169,9 @@ class Solver:
         if not self.is_fitted:
             name = type(self).__name__
             raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
+        self._check_seed(q_seed)
         poses = se3.as_poses(T)
-        near = q_seed
-        if near is not None:
-            near = se3.as_joints(near, self.robot_.dof, "q_seed", count=len(poses))
+        near = _seeds(q_seed, self.robot_.dof, len(poses))
         return Solutions(self._answer(poses, near, seed), self._origin)
 
     @property
@@ -233,6 +242,11 @@ class Solver:
         """The common settings, checked; a wrapper takes them from its children."""
         return Settings(**{name: getattr(self, name) for name in self._common})
 
+    def _check_seed(self, q_seed: Any) -> None:
+        setting = self._counted_from_seed() if q_seed is None else ""
+        if setting:
+            raise InputError(f"{setting} is counted from q_seed: give one")
+
     def _answer(self, T: Array, q_seed: Array | None, seed: int) -> TableLike:
         """A verified table for checked poses (N, 4, 4) and seeds (N, n)."""
         if self._fused is not None:
@@ -278,6 +292,38 @@ def _seed_of(rng: Any) -> int:
     if isinstance(rng, np.random.Generator):
         return int(rng.integers(2**63))
     raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
+
+
+def _seeds(q_seed: Any, dof: int, poses: int) -> Array | None:
+    """The seeds of a call, checked: (poses, dof) or None."""
+    if q_seed is None:
+        return None
+    return se3.as_joints(q_seed, dof, "q_seed", count=poses, bound=se3.MOST_SEED)
+
+
+def _check_for_robot(settings: Settings, robot: Robot) -> None:
+    """What common settings ask of a robot, and of each other."""
+    for name in ("tol_position", "tol_rotation"):
+        if np.iscomplexobj(getattr(settings, name)):
+            raise InputError(f"{name} must be a real number, got {getattr(settings, name)!r}")
+    if settings.windings != "all":
+        return
+    if settings.limits == "ignore":
+        raise InputError(
+            "windings='all' lists what is inside the limits and limits='ignore' has none:"
+            " set one of them to its default"
+        )
+    low, high = robot.limits.T
+    count = np.floor((high - low) / (2.0 * np.pi)).astype(np.int64) + 1
+    count[~turning(robot)] = 1
+    total = prod(count.tolist())
+    if total > MOST_WINDINGS:
+        wide = zip(robot.joint_names, count.tolist(), strict=True)
+        shown = ", ".join(f"{name} ({turns})" for name, turns in wide if turns > 1)
+        raise InputError(
+            f"windings='all' would give {total} windings a solution, more than {MOST_WINDINGS}:"
+            f" narrow the limits of {shown}"
+        )
 
 
 def _copied(value: Any) -> Any:

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinverse import se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import Robot
-from kinverse.solvers._base import Proposal, Settings, Solver
+from kinverse.solvers._base import Proposal, Settings, Solver, _seeds
 from kinverse.status import Status
 from kinverse.table import PER_POSE, TableLike, has_not_found, merged, replaced
 
@@ -59,6 +60,9 @@ class FirstOf(Solver):
         labels = [solver.branch_labels_ for solver in self.solvers_]
         self.branch_labels_ = tuple(label for group in labels for label in group)
 
+    def _counted_from_seed(self) -> str:
+        return next(filter(None, (child._counted_from_seed() for child in self.solvers_)), "")
+
     def _bind(self) -> None:
         # the first solver's own fast path is ours, as long as no pose falls through
         fused = self.solvers_[0]._fused
@@ -67,18 +71,17 @@ class FirstOf(Solver):
         if len(self.solvers_) == 1:
             self._fused = fused
             return
-        robot = self.robot_
+        dof, counts = self.robot_.dof, bool(self._counted_from_seed())
 
         def first(T: Any, q_seed: Any, seed: int) -> TableLike | None:
+            if counts:
+                self._check_seed(q_seed)
             table = fused(T, q_seed, seed)
             if table is None or not has_not_found(table):
                 return table
-            # what the native call took is a plain array, so only shapes are left to settle
-            poses = T.reshape(-1, 4, 4)
-            near = None
-            if q_seed is not None:
-                near = np.ascontiguousarray(np.broadcast_to(q_seed, (len(poses), robot.dof)))
-            return self._rest(table, poses, near, seed)
+            # the native call takes any buffer of numbers; the later solvers take arrays
+            poses = se3.as_poses(T)
+            return self._rest(table, poses, _seeds(q_seed, dof, len(poses)), seed)
 
         self._fused = first
 
@@ -142,7 +145,8 @@ class Seeded(Solver):
         solvers_: (first, refine), fitted clones.
 
     Raises:
-        InputError: (fit) ``refine`` cannot be seeded, or the tasks differ.
+        InputError: (fit) ``refine`` cannot be seeded or counts a setting from ``q_seed``, or the
+            tasks differ.
 
     Example:
         >>> solver = kv.Seeded(kv.Learned(), kv.Numerical()).fit(robot)
@@ -166,7 +170,17 @@ class Seeded(Solver):
 
     def _fit(self, robot: Robot) -> None:
         self.solvers_ = (self.first.clone().fit(robot), self.refine.clone().fit(robot))
+        setting = self.solvers_[1]._counted_from_seed()
+        if setting:
+            raise InputError(
+                f"Seeded: {setting} of {type(self.refine).__name__} is counted from q_seed, and it"
+                " starts from the first solver's candidates: set it on the first solver or leave"
+                " it out"
+            )
         self.branch_labels_ = self.solvers_[0].branch_labels_
+
+    def _counted_from_seed(self) -> str:
+        return self.solvers_[0]._counted_from_seed()
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         first, refine = self.solvers_

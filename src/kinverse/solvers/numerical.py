@@ -28,6 +28,9 @@ MOST = 100_000
 MOST_STARTS = 1000
 """Default of max_starts: of 80,000 reachable PUMA poses the hardest took 400."""
 
+MOST_WEIGHT_RATIO = 1e6
+"""Largest ratio of the two weights: beyond it the lesser one drowns in the other's rounding."""
+
 FOLLOW_STEP = 0.5
 """Largest joint step [rad or m] of ``follow`` where max_joint_distance is not set."""
 
@@ -59,7 +62,8 @@ class Numerical(Solver):
         max_starts: starts a pose, at most; None: 1000 for "lm", 1 for the others. A
             pose that has no solution costs them all, about 1 ms.
         max_iterations: steps a start, at most; None: 60 for "lm", 200 for the others.
-        weights: (position, rotation) weights of the residual, both positive.
+        weights: (position, rotation) weights of the residual, both positive and within a factor of
+            1e6.
         damping: of "damped_least_squares".
         step_tolerance: a start also ends when the norm of its step is not above this; 0: never.
         jacobian_tolerance: a start also ends when the norm of J^T e is not above this; 0: never.
@@ -109,16 +113,12 @@ class Numerical(Solver):
         if self.method not in METHODS:
             raise InputError(f"method must be one of {', '.join(METHODS)}, got {self.method!r}")
         lm = self.method == "lm"
-        weights = np.asarray(self.weights, dtype=np.float64)
-        if weights.shape != (2,) or not (np.isfinite(weights).all() and (weights > 0).all()):
-            raise InputError(f"weights must be two positive numbers, got {self.weights!r}")
         distance = self.max_joint_distance
         if distance is not None and self.windings == "all":
             raise InputError("max_joint_distance and windings='all' exclude each other")
         self.options_ = (
             METHODS.index(self.method),
-            float(weights[0]),
-            float(weights[1]),
+            *_weights(self.weights),
             np.inf if distance is None else _number("max_joint_distance", distance),
             _number("damping", self.damping),
             _number("step_tolerance", self.step_tolerance),
@@ -146,14 +146,15 @@ class Numerical(Solver):
         elif settings.windings == "nearest":
             self._fused = self._native.solve
 
+    def _counted_from_seed(self) -> str:
+        return "max_joint_distance" if np.isfinite(self.options_[3]) else ""
+
     def _solve_near(self, T: Any, q_seed: Any, seed: int) -> TableLike | None:
-        _need_seed(q_seed)
+        self._check_seed(q_seed)
         table: TableLike | None = self._native.solve(T, q_seed, seed)
         return table
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
-        if np.isfinite(self.options_[3]):
-            _need_seed(q_seed)
         q, _, evaluations, *_ = self._native.propose(T, q_seed, seed)
         return Proposal(q, np.arange(len(q)), evaluations=evaluations)
 
@@ -188,7 +189,7 @@ class Numerical(Solver):
         if not self.is_fitted:
             raise InputError("this Numerical is not fitted: call Numerical(...).fit(robot) first")
         poses = se3.as_poses(T)
-        start = se3.as_joints(q_start, self.robot_.dof, "q_start")
+        start = se3.as_joints(q_start, self.robot_.dof, "q_start", bound=se3.MOST_SEED)
         if start.ndim != 1:
             raise InputError(f"q_start must have shape ({self.robot_.dof},), got {start.shape}")
         step = self.options_[3] if np.isfinite(self.options_[3]) else FOLLOW_STEP
@@ -196,13 +197,21 @@ class Numerical(Solver):
         return self._solutions(self._native.follow(poses, start, seed, step))
 
 
-def _need_seed(q_seed: Any) -> None:
-    if q_seed is None:
-        raise InputError("max_joint_distance is counted from q_seed: give one")
+def _weights(value: Any) -> tuple[float, float]:
+    try:
+        pair = se3.as_real(value, "weights")
+    except (TypeError, InputError):
+        pair = np.empty(0)
+    if pair.shape != (2,) or not (np.isfinite(pair).all() and (pair > 0.0).all()):
+        raise InputError(f"weights must be two positive finite numbers, got {value!r}")
+    low, high = sorted(pair.tolist())
+    if high > MOST_WEIGHT_RATIO * low:
+        raise InputError(f"weights must be within a factor of {MOST_WEIGHT_RATIO:g}, got {value!r}")
+    return float(pair[0]), float(pair[1])
 
 
 def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)):
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise InputError(f"{name} must be a number, got {value!r}")
     if not 0.0 <= value < np.inf:
         raise InputError(f"{name} must be finite and not negative, got {value!r}")
