@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from fakes import Newton, Says
-from kinverse.conformance import CHECKS, check_solver, make_case
+from kinverse import kernels
+from kinverse.conformance import CHECKS, check_solver, make_case, widened
 from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.solve import solve
 from kinverse.solvers import FirstOf, Proposal, Seeded, Solver, make_solver, solver_names
+from kinverse.solvers.numerical import Numerical
 
 FAKES = {
     "newton": (Newton("planar", starts=2, steps=25), "planar"),
@@ -62,6 +64,21 @@ class Streaky(Newton):
         return Proposal(q.reshape(-1, 3), np.arange(len(T)))
 
 
+class Crowded(Solver):
+    """Counts otherwise where there are many poses, on so many native threads or more."""
+
+    def __init__(self, threads=1):
+        self.threads = threads
+
+    _common = ()
+
+    def _propose(self, T, q_seed, seed):
+        evaluations = np.zeros(len(T), int)
+        if len(T) >= 1024 and kernels.threads() >= self.threads:
+            evaluations[-1] = 1
+        return Proposal(np.zeros((0, 3)), np.zeros(0, int), evaluations=evaluations)
+
+
 class Eager(Newton):
     """Converts a setting in the constructor."""
 
@@ -76,12 +93,24 @@ class Eager(Newton):
     [
         (Careless("planar", starts=1), "wrote to T"),
         (Streaky("planar"), "in a batch|in reverse order|of half"),
+        (Crowded(), "in a batch|in reverse order|of half"),
+        (Crowded(threads=2), "on two native threads"),
         (Says(2, task="planar"), "UNREACHABLE for a pose made by robot.fk"),
     ],
 )
 def test_check_solver_finds_faults(solver, message, planar):
     with pytest.raises(AssertionError, match=message):
         check_solver(solver, planar)
+
+
+def test_quick_solvers_are_checked_on_many_poses_and_singular_ones(puma, planar):
+    case = make_case(puma)
+    many = widened(Says().fit(puma), case)
+    assert len(many.T) >= 1100 and np.array_equal(many.T, puma.fk(many.q))
+    zeros = np.isclose(many.q, 0.0)
+    assert zeros[:, 4].any() and zeros.all(axis=1).any()  # the wrist straight; the home pose
+    slow = make_case(planar)
+    assert widened(Newton("planar", starts=9).fit(planar), slow) is slow
 
 
 def test_check_solver_finds_altered_settings(planar):
@@ -223,3 +252,52 @@ def test_solve_keeps_fitted_solvers_but_not_without_end(planar, monkeypatch):
     for i in range(solve_module.CACHE_SIZE + 3):
         solve(Robot.from_dh(a=[1 + i], d=0, alpha=0, joints="R"), np.eye(4), "says")
     assert len(solve_module._fitted) == solve_module.CACHE_SIZE
+
+
+@pytest.mark.parametrize("task", [["pose"], {"pose"}, 3, "plane"])
+def test_solve_names_the_tasks(planar, task):
+    with pytest.raises(InputError, match="unknown task.*the tasks are pose, position"):
+        solve(planar, np.eye(4), task=task)
+
+
+@pytest.mark.parametrize("value", [np.complex128(1), np.complex64(1e-6), 1e-6 + 0j])
+@pytest.mark.parametrize("name", ["tol_position", "tol_rotation"])
+def test_complex_tolerances_are_refused(planar, name, value):
+    with pytest.raises(InputError, match=f"{name} must be a"):
+        Newton("planar", **{name: value}).fit(planar)
+
+
+def test_all_windings_need_limits_and_not_too_many(planar):
+    with pytest.raises(InputError, match="windings='all'.*limits='ignore'"):
+        Newton("planar", windings="all", limits="ignore").fit(planar)
+    turns = 2 * np.pi
+
+    def fitted(count, last=(0, 1)):
+        robot = planar.with_limits([(0, 1), (0, (count - 1) * turns), last])
+        return Newton("planar", windings="all").fit(robot)
+
+    assert fitted(4096).is_fitted and fitted(2048, (0, turns)).is_fitted
+    for call in ((4097,), (2049, (0, turns)), (10**8, (-1e9, 1e9))):
+        with pytest.raises(InputError, match=r"more than 4096.* joint2 \("):
+            fitted(*call)
+    with pytest.raises(InputError, match=r"4098 windings.*joint2 \(2049\), joint3 \(2\)"):
+        fitted(2049, (0, turns))
+
+
+def test_joints_that_cannot_wind_do_not_count():
+    slide = Robot.from_dh(a=[0.1, 0], d=0, alpha=0, joints="RP", limits=[(0, 1), (0, 1e9)])
+    assert Newton("position", windings="all").fit(slide).is_fitted
+
+
+@pytest.mark.parametrize("value", [1.1e6, -1e7, 1e300])
+def test_seeds_beyond_any_turn_are_refused_by_row(planar, value):
+    T = planar.fk(planar.random(3))
+    q_seed = np.zeros((3, 3))
+    q_seed[2, 1] = value
+    solver = Newton("planar", starts=1).fit(planar)
+    with pytest.raises(InputError, match=r"q_seed must lie within \+-1e\+06.*row 2"):
+        solver.solve(T, q_seed)
+    with pytest.raises(InputError, match="q_seed must lie within"):
+        FirstOf([Says(task="planar"), solver]).fit(planar).solve(T, q_seed[2])
+    with pytest.raises(InputError, match="q_start must lie within"):
+        Numerical(task="planar").fit(planar).follow(T, q_seed[2])

@@ -6,6 +6,7 @@ checks do. Each is a function of (solver, case) whose name says what it holds.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,18 @@ from kinverse.solutions import Solutions, Status
 from kinverse.solvers._base import Solver
 from kinverse.table import PER_POSE, PER_SOLUTION
 
-__all__ = ["CHECKS", "Case", "check_solver", "make_case"]
+__all__ = ["CHECKS", "Case", "check_solver", "make_case", "widened"]
 
 Array = NDArray[np.float64]
+
+MANY = 1100
+"""Poses that enter native threads and packs: the cores split batches from 1024 poses on."""
+
+VARIED = 53
+"""How many of them differ, beside those of the small case."""
+
+PATIENCE = 0.2
+"""Seconds that so many poses may take; of a slower solver the small case is all that is asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +67,29 @@ def make_case(robot: Robot, poses: int = 6) -> Case:
     q = robot.random(poses, rng=5)
     q[-1] = robot.limits.mean(axis=1)
     return Case(robot, q, robot.fk(q))
+
+
+def widened(solver: Solver, case: Case) -> Case:
+    """The case with more poses, repeated to at least ``MANY``, if the fitted solver is that quick.
+
+    The poses of a 6R arm are joined by those with each joint, and all joints, at 0 (as near as the
+    limits allow), many of which are singular. The number of different poses is odd, so that each
+    comes to stand in every lane of a pack.
+    """
+    robot = case.robot
+    q = np.vstack([robot.random(VARIED, rng=7), case.q])
+    if robot.kinds == "RRRRRR" and robot.dof == 6:
+        low, high = robot.limits.T
+        zeroed = np.where(np.eye(6, dtype=bool), 0.0, q[:6])
+        q = np.vstack([q, np.clip(zeroed, low, high), np.clip(np.zeros((1, 6)), low, high)])
+    q = q[1 - len(q) % 2 :]
+    T = robot.fk(q)
+    # a few first: a slow solver must not be kept busy by the question whether it is slow
+    for probe in (T[:5], T):
+        if _seconds(solver, probe) * MANY / len(probe) > PATIENCE:
+            return case
+    times = -(-MANY // len(q))
+    return Case(robot, np.tile(q, (times, 1)), np.tile(T, (times, 1, 1)))
 
 
 def settings_are_stored_untouched(solver: Solver, case: Case) -> None:
@@ -150,18 +183,22 @@ def shapes_follow_the_poses(solver: Solver, case: Case) -> None:
 def a_batch_is_its_single_poses(solver: Solver, case: Case) -> None:
     """The same bits whatever the split and the place in the batch, with and without a seed."""
     solver.fit(case.robot)
-    backwards = np.arange(len(case.T))[::-1]
-    for q_seed in (None, case.robot.random(len(case.T), rng=6)):
-        whole = solver.solve(case.T, q_seed, rng=3)
-        turned = solver.solve(case.T[::-1], None if q_seed is None else q_seed[::-1], rng=3)
-        for i in range(len(case.T)):
-            one = solver.solve(case.T[i], None if q_seed is None else q_seed[i], rng=3)
-            _same_bits(whole[i], one, f"of pose {i}, alone and in a batch")
-            _same_bits(whole[int(backwards[i])], turned[i], f"of pose {i}, in reverse order")
-        half = len(case.T) // 2
+    many = widened(solver, case)
+    T, poses = many.T, len(many.T)
+    period = _period(T)
+    for seeds in (None, case.robot.random(period, rng=6)):
+        near = None if seeds is None else np.resize(seeds, (poses, case.robot.dof))
+        whole = solver.solve(T, near, rng=3)
+        turned = solver.solve(T[::-1], None if near is None else near[::-1], rng=3)
+        for i in range(period):
+            one = solver.solve(T[i], None if near is None else near[i], rng=3)
+            for k in range(i, poses, period):
+                _same_bits(whole[k], one, f"of pose {k}, alone and in a batch")
+                _same_bits(turned[poses - 1 - k], one, f"of pose {k}, in reverse order")
+        half = poses // 2
         for part in (slice(0, half), slice(half, None)):
-            near = None if q_seed is None else q_seed[part]
-            _same_bits(whole[part], solver.solve(case.T[part], near, rng=3), "of half a batch")
+            there = None if near is None else near[part]
+            _same_bits(whole[part], solver.solve(T[part], there, rng=3), "of half a batch")
 
 
 def the_same_seed_gives_the_same_bits(solver: Solver, case: Case) -> None:
@@ -280,14 +317,15 @@ def threads_answer_alike(solver: Solver, case: Case) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
     solver.fit(case.robot)
-    first = solver.solve(case.T)
+    T = widened(solver, case).T
+    first = solver.solve(T)
     with ThreadPoolExecutor(4) as pool:
-        for other in pool.map(lambda _: solver.solve(case.T), range(8)):
+        for other in pool.map(lambda _: solver.solve(T), range(4)):
             _same_bits(first, other, "from another thread")
     before = kernels.threads()
     try:
         kernels.set_threads(2)
-        _same_bits(first, solver.solve(case.T), "on two native threads")
+        _same_bits(first, solver.solve(T), "on two native threads")
     finally:
         kernels.set_threads(before)
 
@@ -359,6 +397,21 @@ def _same_bits(one: Solutions, other: Solutions, where: str) -> None:
         a, b = getattr(one._table, name), getattr(other._table, name)
         same = a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
         _hold(same, f"{name} differs {where}")
+
+
+def _seconds(solver: Solver, T: Array) -> float:
+    spent = []
+    for _ in range(2):
+        start = perf_counter()
+        solver.solve(T)
+        spent.append(perf_counter() - start)
+    return min(spent)
+
+
+def _period(T: Array) -> int:
+    """After how many poses a batch begins anew."""
+    again = np.flatnonzero((T[1:] == T[0]).all(axis=(1, 2)))
+    return int(again[0]) + 1 if len(again) else len(T)
 
 
 def _errors(task: str, T: Array, found: Array) -> tuple[Array, Array]:
