@@ -56,6 +56,8 @@ def test_robots_lists_the_catalogue(capsys):
     code, out, _ = run(capsys, "robots", "--json")
     rows = {row["name"]: row for row in json.loads(out)}
     assert rows["adept_one"]["joints"] == "RRPR"
+    assert rows["kr16"]["closed_form"] == "spherical wrist" and rows["panda"]["closed_form"] is None
+    assert run(capsys, "info", "KR16")[1] == run(capsys, "info", "kr16")[1]
 
 
 def test_info_shows_limits_in_the_unit_asked_for(capsys):
@@ -124,12 +126,12 @@ def test_an_unreachable_pose_has_a_reason_and_status_1(capsys):
 
 def test_a_broken_row_stops_or_is_skipped(capsys, poses, tmp_path):
     err = refused(capsys, "solve", "kr16", "--poses", poses)
-    assert "poses.csv: row 3: column z: 'here'" in err
+    assert "poses.csv: row 3 (line 4): column z: 'here'" in err
     out_file = tmp_path / "out.csv"
     code, out, err = run(
         capsys, "solve", "kr16", "--poses", poses, "--on-error", "skip", "--out", out_file
     )
-    assert code == 1 and "row 3: column z" in err and "columns not read: tag" in err
+    assert code == 1 and "row 3 (line 4): column z" in err and "columns not read: tag" in err
     assert "SOLVED 3 of 4" in out and "UNREACHABLE 1 of 4" in out and "skipped 1" in out
     with out_file.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -137,9 +139,9 @@ def test_a_broken_row_stops_or_is_skipped(capsys, poses, tmp_path):
     robot = kv.load("kr16")
     for row in rows:
         if row["row"] == "4":
-            assert row["status"] == "UNREACHABLE" and row["joint1"] == ""
+            assert row["status"] == "UNREACHABLE" and row["joint1_rad"] == ""
             continue
-        q = np.array([float(row[name]) for name in robot.joint_names])
+        q = np.array([float(row[f"{name}_rad"]) for name in robot.joint_names])
         assert float(row["position_error_m"]) <= 1e-6
         assert (q >= robot.limits[:, 0] - 1e-9).all() and (q <= robot.limits[:, 1] + 1e-9).all()
 
@@ -178,8 +180,92 @@ def test_ctrl_c_keeps_what_is_done(capsys, poses, monkeypatch):
 def test_no_pose_is_no_error(capsys, tmp_path):
     path = tmp_path / "none.csv"
     path.write_text("x,y,z,roll,pitch,yaw\n", encoding="utf-8")
-    code, out, _ = run(capsys, "solve", "kr16", "--poses", path, "--json")
+    code, out, err = run(capsys, "solve", "kr16", "--poses", path, "--json")
     assert code == 0 and json.loads(out)["poses"] == []
+    assert f"0 poses in {path}" in err
+
+
+# ---------------------------------------------------------------------------- remarks
+def test_degrees_that_are_read_as_radians_are_remarked_on(capsys, tmp_path):
+    says = "angles are read as radians; 20 is more than a turn: --degrees?"
+    pose = ["--pose", "0.4", "0.3", "1.9", "10", "0", "20"]
+    assert says in run(capsys, "solve", "kr16", *pose)[2]
+    assert run(capsys, "solve", "kr16", *pose, "--degrees")[2] == ""
+    assert says in run(capsys, "solve", "kr16", *POSE, "--q-seed", *"01", "20", *"000")[2]
+    assert says in run(capsys, "fk", "kr16", "--q", *"01", "20", *"000")[2]
+    path = tmp_path / "poses.csv"
+    path.write_text("x,y,z,roll,pitch,yaw\n0.4,0.3,1.9,10,0,20\n", encoding="utf-8")
+    assert says in run(capsys, "solve", "kr16", "--poses", path)[2]
+    # metres are no angles
+    assert run(capsys, "fk", "adept_one", "--q", "0", "0", "7", "0", "--json")[2].count("note") == 1
+
+
+def test_fk_remarks_on_joints_outside_their_limits(capsys):
+    code, _, err = run(capsys, "fk", "kr16", "--q", *"0000", "131", "0", "--degrees")
+    assert code == 0 and err == (
+        "kinverse: note: joint5 at 131 deg is outside its limits -130 to 130\n"
+    )
+    assert run(capsys, "fk", "kr16", "--q", *"000000")[2] == ""
+
+
+def test_millimetres_are_remarked_on(capsys):
+    pose = ["--pose", "400", "300", "1900", "0", "0", "0"]
+    assert "positions are metres" in run(capsys, "solve", "kr16", *pose)[2]
+    assert "metres" not in run(capsys, "solve", "kr16", *FAR)[2]
+
+
+def test_out_of_limits_names_the_joints(capsys):
+    robot = kv.load("kr16")
+    T = robot.fk(np.radians([0, 60, -20, 0, 20, 0]))
+    rpy = kv.se3.rpy_from_rotation(T[:3, :3])
+    call = ["solve", "kr16", "--pose", *(repr(float(v)) for v in (*T[:3, 3], *rpy))]
+    code, out, _ = run(capsys, *call)
+    said = " ".join(out.split())
+    assert code == 1 and "OUT_OF_LIMITS" in said and "is outside its limits" in said
+    best = json.loads(run(capsys, *call, "--json")[1])["poses"][0]["best"]
+    low, high = robot.limits.T
+    q = np.array(best["q"])
+    wrong = [n for n, bad in zip(robot.joint_names, (q < low) | (q > high), strict=True) if bad]
+    assert [line.split()[0] for line in best["outside_limits"]] == wrong != []
+    assert np.allclose(robot.fk(q), T, atol=1e-6)
+
+
+def test_three_numbers_do_for_the_task_position(capsys):
+    call = ["solve", "kr16", "--pose", "0.9", "0.3", "1.1", "--json"]
+    code, out, _ = run(capsys, *call, "--task", "position")
+    found = json.loads(out)["poses"][0]["solutions"][0]
+    assert code == 0
+    assert np.allclose(kv.load("kr16").fk(found["q"])[:3, 3], [0.9, 0.3, 1.1], atol=2e-6)
+    assert "--task position" in refused(capsys, *call)
+
+
+def test_a_narrow_terminal_cuts_no_digits(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    wide = run(capsys, "solve", "kr16", *POSE)[1]
+    assert "\u2026" not in wide and "shoulder+ elbow+ wrist+" in wide
+    numbers = [
+        w for w in wide.split("SOLVED")[0].split() if w.lstrip("-").replace(".", "").isdigit()
+    ]
+    assert len(numbers) % 6 == 0 and all(len(w.split(".")[1]) == 4 for w in numbers)
+    for call in (["compare", "kr16", "--poses", "5"], ["fk", "kr16", "--q", *"000000"]):
+        assert "\u2026" not in run(capsys, *call)[1]
+    assert "in a batch us" in run(capsys, "compare", "kr16", "--poses", "5")[1]
+
+
+def test_a_batch_shows_branch_labels_and_why_a_pose_failed(capsys, poses):
+    out = run(capsys, "solve", "kr16", "--poses", poses, "--on-error", "skip")[1]
+    assert "shoulder+" in out and any(
+        line.split()[-2:] == ["-", "UNREACHABLE"] for line in out.splitlines()
+    )
+
+
+def test_columns_of_a_file_say_their_unit(capsys, tmp_path):
+    path = tmp_path / "out.csv"
+    pose = ["--pose", "0.4", "0.3", "0.6", "0", "0", "0", "--task", "position"]
+    run(capsys, "solve", "adept_one", *pose, "--out", path, "--degrees")
+    head = path.read_text(encoding="utf-8").splitlines()[0].split(",")
+    names = kv.load("adept_one").joint_names
+    assert head[2:6] == [f"{n}_{u}" for n, u in zip(names, ("deg", "deg", "m", "deg"), strict=True)]
 
 
 # ---------------------------------------------------------------------------- compare
@@ -208,7 +294,10 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr16", *POSE, "--q-seed", "1"], "--q-seed needs 6"),
         (["solve", "kr16", *POSE, "--out", "x.txt"], ".csv or .json"),
         (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),
-        (["solve", "kr16", "--poses", "nosuch.csv"], "nosuch.csv"),
+        (["solve", "kr16", "--poses", "nosuch.csv"], "error: no such file: nosuch.csv"),
+        (["solve", "kr16", "--poses", "x.csv", "--on-error", "x"], "on-error': 'x' is not one of"),
+        (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),
+        (["solve", "kr16", *POSE, "--tip", "a"], "--base and --tip choose"),
         (["solve", "kr16", "--matrix", "nosuch.npy"], "nosuch.npy"),
         (["solve", "kr16", *POSE, "--base", "a"], "kr16"),
         (["solve", "kr16", *POSE, "--rng", "x"], "rng"),

@@ -5,7 +5,7 @@ import pytest
 
 from kinverse import InputError, se3
 from kinverse.cli import _poses
-from kinverse.cli._args import join_numbers, numbers
+from kinverse.cli._args import join_numbers, numbers, pose_numbers
 
 
 def rotation(roll, pitch, yaw):
@@ -34,6 +34,10 @@ def write(tmp_path, text, name="poses.csv"):
         (["--q"], ["--q="]),
         (["--pose", "-.5", "nan", "kr16"], ["--pose=-.5,nan", "kr16"]),
         (["--rng", "-1"], ["--rng", "-1"]),
+        (["--q", "0 -90 90"], ["--q=0 -90 90"]),
+        (["--q=1", "2", "--json"], ["--q=1,2", "--json"]),
+        (["--q", "0", "O", "1", "kr16"], ["--q=0,O,1", "kr16"]),
+        (["--q", "0,x"], ["--q=0,x"]),
         ([], []),
     ],
 )
@@ -43,13 +47,14 @@ def test_numbers_behind_an_option_are_gathered(argv, joined):
 
 def test_numbers_are_counted_and_finite():
     assert numbers("1,-2", 2, "--q", "a b") == [1.0, -2.0]
+    assert numbers(" 1 -2, 3 ", 3, "--q", "a b c") == [1.0, -2.0, 3.0]
     with pytest.raises(InputError, match="--q needs 2 numbers \\(a b\\), got 3"):
         numbers("1,2,3", 2, "--q", "a b")
     with pytest.raises(InputError, match="got 0"):
         numbers("", 2, "--q", "a b")
     with pytest.raises(InputError, match="finite"):
         numbers("1,nan", 2, "--q", "a b")
-    with pytest.raises(InputError, match="not a list"):
+    with pytest.raises(InputError, match="--q: 'x' is not a number"):
         numbers("1,x", 2, "--q", "a b")
 
 
@@ -92,11 +97,11 @@ def test_quaternions_and_matrices_say_the_same(tmp_path, whole):
 @pytest.mark.parametrize(
     ("row", "says"),
     [
-        ("1,2,3,0,0,abc", "row 2: column yaw: 'abc' is not a number"),
-        ("1,2,3,0,0,", "row 2: column yaw: '' is not a number"),
-        ("1,2,inf,0,0,0", "row 2: column z: 'inf' is not finite"),
-        ("1,2,3,0,0", "row 2: 5 cells where the header has 6"),
-        ("1,2,3,0,0,0,9", "row 2: 7 cells"),
+        ("1,2,3,0,0,abc", "row 2 (line 3): column yaw: 'abc' is not a number"),
+        ("1,2,3,0,0,", "row 2 (line 3): column yaw: '' is not a number"),
+        ("1,2,inf,0,0,0", "row 2 (line 3): column z: 'inf' is not finite"),
+        ("1,2,3,0,0", "row 2 (line 3): 5 cells where the header has 6"),
+        ("1,2,3,0,0,0,9", "row 2 (line 3): 7 cells"),
     ],
 )
 def test_a_broken_row_is_named_and_can_be_skipped(tmp_path, row, says):
@@ -112,10 +117,10 @@ def test_a_broken_row_is_named_and_can_be_skipped(tmp_path, row, says):
 def test_a_row_that_is_no_rotation_is_broken(tmp_path):
     head = ",".join(f"m{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3, 4))
     path = write(tmp_path, f"{head}\n{','.join(['1'] * 12)}\n")
-    with pytest.raises(InputError, match="row 1: .*rotation"):
+    with pytest.raises(InputError, match=r"row 1 \(line 2\): .*rotation"):
         _poses.from_csv(path, degrees=False, skip=False)
     path = write(tmp_path, "x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0\n")
-    with pytest.raises(InputError, match="row 1: .*length"):
+    with pytest.raises(InputError, match=r"row 1 \(line 2\): .*length"):
         _poses.from_csv(path, degrees=False, skip=False)
 
 
@@ -123,6 +128,24 @@ def test_a_row_that_is_no_rotation_is_broken(tmp_path):
 def test_a_header_without_a_pose_is_refused(tmp_path, text):
     with pytest.raises(InputError, match="must name the columns"):
         _poses.from_csv(write(tmp_path, text), degrees=False, skip=True)
+
+
+def test_blank_lines_count_as_lines(tmp_path):
+    path = write(tmp_path, "x,y,z,roll,pitch,yaw\n\n1,0,0,0,0,0\n\n\n1,0,0,0,0,no\n")
+    with pytest.raises(InputError, match=r"row 2 \(line 6\): column yaw"):
+        _poses.from_csv(path, degrees=False, skip=False)
+
+
+def test_positions_alone_do_for_the_task_position(tmp_path):
+    path = write(tmp_path, "z,y,x\n3,2,1\n")
+    given = _poses.from_csv(path, degrees=False, skip=False, task="position")
+    assert np.array_equal(given.T, [se3.pose([1, 2, 3])])
+    with pytest.raises(InputError, match="with --task position x y z alone"):
+        _poses.from_csv(path, degrees=False, skip=False)
+    assert pose_numbers("1 2 3", "position") == [1.0, 2.0, 3.0]
+    with pytest.raises(InputError, match="--pose needs 6 .* alone are for --task position.*got 3"):
+        pose_numbers("1 2 3", "pose")
+    assert np.array_equal(_poses.from_numbers([1, 2, 3], degrees=True).T, [se3.pose([1, 2, 3])])
 
 
 def test_a_doubled_column_is_refused(tmp_path):

@@ -28,8 +28,9 @@ def load(robot: str | os.PathLike[str], base: str | None = None, tip: str | None
     """Load a robot.
 
     Args:
-        robot: a name of the catalogue (:func:`names`), or the path of a file: URDF (``.urdf``,
-            ``.xml``), MJCF (``.xml``, ``.mjcf``) or kinverse's TOML (``.toml``).
+        robot: a name of the catalogue (:func:`names`) in letters of either case, or the
+            path of a file: URDF (``.urdf``, ``.xml``), MJCF (``.xml``, ``.mjcf``) or kinverse's
+            TOML (``.toml``).
         base: link (URDF) or body (MJCF) at which the chain starts; None: the root.
         tip: link, body or site at which it ends; None: the only leaf.
 
@@ -46,7 +47,8 @@ def load(robot: str | os.PathLike[str], base: str | None = None, tip: str | None
         >>> load("kr16").dof
         6
     """
-    if isinstance(robot, str) and robot in (known := names()):
+    known = names()
+    if isinstance(robot, str) and robot in known:
         from importlib.resources import files
 
         _no_chain(base, tip, f"catalogue robot {robot!r}")
@@ -56,6 +58,8 @@ def load(robot: str | os.PathLike[str], base: str | None = None, tip: str | None
         return read_toml(data, f"{robot}.toml", robot)
     path = Path(robot)
     suffix = path.suffix.lower()
+    if isinstance(robot, str) and robot.lower() in known and not _exists(path):
+        return load(robot.lower(), base, tip)
     if isinstance(robot, str) and suffix not in SUFFIXES and not _exists(path):
         from kinverse.loading.text import choices
 

@@ -33,5 +33,5 @@ _TEXTS = (
     "at least one verified solution",
     "solutions exist, none inside the joint limits",
     "shown that no joint values meet the tolerances, limits ignored",
-    "no solution was kept and none was shown to be impossible",
+    "the search found none (or a filter kept none); that does not show that there is none",
 )

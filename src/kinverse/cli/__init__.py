@@ -4,6 +4,7 @@ Every command lives in a module of its own; what is heavy (NumPy, the native cor
 inside the commands, so that ``kinverse --help`` answers at once. Degrees exist here only.
 """
 
+import re
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -65,9 +66,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = app(arguments or ["--help"], prog_name="kinverse", standalone_mode=False)
     except typer.TyperException as error:
-        return _refuse(error.format_message())
-    except (KinverseError, OSError) as error:
-        return _refuse(str(error))
+        return _refuse(error.format_message().replace("Value error, ", ""))
+    except KinverseError as error:
+        # the library's words for two arguments are options here
+        said = re.sub(r"\b(base|tip)=", r"--\1 ", str(error))
+        return _refuse(said.replace("base and tip choose", "--base and --tip choose"))
+    except FileNotFoundError as error:
+        return _refuse(f"no such file: {error.filename}")
+    except OSError as error:
+        return _refuse(f"{error.strerror}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, typer.Abort):
         return _refuse("interrupted")
     return code if isinstance(code, int) else 0

@@ -15,7 +15,18 @@ from rich.progress import Progress
 import kinverse as kv
 from kinverse import solve
 from kinverse.cli._poses import Poses
-from kinverse.cli._show import console, joint_header, joint_values, notes, table, tiny
+from kinverse.cli._show import (
+    console,
+    joint_header,
+    joint_kinds,
+    joint_values,
+    note,
+    notes,
+    outside_limits,
+    show_table,
+    table,
+    tiny,
+)
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -27,6 +38,8 @@ CHUNK = 2000
 """Poses a call: answers do not depend on it, the progress bar and Ctrl-C do."""
 SHOWN = 20
 """Poses of a batch that are printed; a file gets them all."""
+FAR = 10.0
+"""A miss of so many times the arm's size is taken for a mistake of units."""
 
 
 def run(
@@ -108,9 +121,14 @@ class Answers:
             return None
         return {
             "q": joint_values(self.robot, q, self.degrees),
+            "outside_limits": outside_limits(self.robot, q, self.degrees),
             "position_error": float(part.stats.best_position_error[i]),
             "rotation_error": float(part.stats.best_rotation_error[i]),
         }
+
+    @property
+    def _angle(self) -> str:
+        return "deg" if self.degrees else "rad"
 
     def json(self) -> str:
         """Everything, as one JSON object."""
@@ -119,7 +137,7 @@ class Answers:
                 "robot": self.robot.name,
                 "solver": self.solver,
                 "task": self.task,
-                "angle": "deg" if self.degrees else "rad",
+                "angle": self._angle,
                 "joint_names": list(self.robot.joint_names),
                 "poses": list(self.poses()),
                 "skipped": list(self.given.problems),
@@ -131,7 +149,8 @@ class Answers:
         """A line for each solution; a pose without one has a line without joint values."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        names = self.robot.joint_names
+        units = ["m" if k == "P" else self._angle for k in joint_kinds(self.robot)]
+        names = [f"{n}_{u}" for n, u in zip(self.robot.joint_names, units, strict=True)]
         writer.writerow(
             ["row", "status", *names, "branch", "label", "position_error_m", "rotation_error_rad"]
         )
@@ -149,11 +168,11 @@ class Answers:
         out = console()
         several = len(self.given.T) > 1
         heads = [">row"] if several else []
-        unit = ("deg" if self.degrees else "rad") + (" and m" if "P" in self.robot.kinds else "")
+        unit = self._angle + (" and m" if "P" in self.robot.kinds else "")
         shown = table(
             *heads,
             *joint_header(self.robot),
-            ">branch" if several else "branch",
+            "branch",
             title=f"{self.robot.name}, joints in {unit}",
         )
         digits = 2 if self.degrees else 4
@@ -161,14 +180,25 @@ class Answers:
             first = [str(record["row"])] if several else []
             for s in record["solutions"]:
                 values = [f"{v + 0.0:.{digits}f}" for v in s["q"]]
-                shown.add_row(*first, *values, str(s["branch"]) if several else s["label"])
+                shown.add_row(*first, *values, s["label"] or (str(s["branch"]) if several else ""))
             if not record["solutions"] and several:
-                shown.add_row(*first, *["-"] * self.robot.dof, "-")
+                shown.add_row(*first, *["-"] * self.robot.dof, record["status"])
         if shown.row_count:
-            out.print(shown)
+            show_table(shown)
         if len(self.given.T) > SHOWN:
             out.print(f"the first {SHOWN} poses are shown; --out FILE.csv writes them all")
         self.summary()
+
+    def remark(self) -> None:
+        """Say on standard error if poses are so far off that their unit must be another."""
+        frames, limits = self.robot.frames[:, :3, 3], self.robot.limits
+        slides = [k == "P" for k in joint_kinds(self.robot)]
+        size = np.linalg.norm(frames, axis=1).sum() + np.abs(limits).max(axis=1)[slides].sum()
+        for part in self.done:
+            miss = np.nan_to_num(part.stats.best_position_error[~part.ok]).max(initial=0.0)
+            if miss > FAR * size:
+                note(f"positions are metres; a pose is {miss:.4g} m off, the arm is {size:.3g} m")
+                return
 
     def summary(self) -> None:
         """Print how many poses ended how, with the reason."""
@@ -188,7 +218,11 @@ class Answers:
             out.print(f"skipped {len(self.given.problems)} broken rows")
         for _, record in zip(range(1), self.poses(), strict=False):
             best = record.get("best")
-            if best and len(self.given.T) == 1:
+            if not best or len(self.given.T) != 1:
+                continue
+            if record["status"] == "OUT_OF_LIMITS":
+                out.print("nearest candidate:", "; ".join(best["outside_limits"]), markup=False)
+            else:
                 out.print(
                     f"nearest candidate: {tiny(best['position_error'])} m, "
                     f"{tiny(best['rotation_error'])} rad off"

@@ -1,6 +1,7 @@
 """Numbers on the command line: as many as follow an option, negative ones included."""
 
 import math
+import re
 from collections.abc import Iterable
 from typing import Annotated
 
@@ -8,7 +9,17 @@ import typer
 
 from kinverse.errors import InputError
 
-__all__ = ["Base", "Degrees", "Json", "RobotName", "Task", "Tip", "join_numbers", "numbers"]
+__all__ = [
+    "Base",
+    "Degrees",
+    "Json",
+    "RobotName",
+    "Task",
+    "Tip",
+    "join_numbers",
+    "numbers",
+    "pose_numbers",
+]
 
 RobotName = Annotated[
     str, typer.Argument(metavar="ROBOT", help="A catalogue name or a .urdf, .xml or .toml file.")
@@ -25,15 +36,17 @@ LISTS = ("--pose", "--q", "--q-seed")
 def join_numbers(argv: Iterable[str]) -> list[str]:
     """Gather the numbers behind an option into one word: ``--q 0 -1 2`` is ``--q=0,-1,2``.
 
-    An option parser takes a fixed count of words and may read ``-1`` as an option.
+    An option parser takes a fixed count of words and may read ``-1`` as an option. A list in one
+    word and a word among the numbers that is none are gathered too: ``numbers`` names the latter.
     """
+    given = list(argv)
     words: list[str] = []
     collecting = False
-    for word in argv:
-        if word in LISTS:
+    for word, after in zip(given, [*given[1:], ""], strict=False):
+        if word in LISTS or word.startswith(tuple(name + "=" for name in LISTS)):
             collecting = True
-            words.append(word + "=")
-        elif collecting and _is_number(word):
+            words.append(word if "=" in word else word + "=")
+        elif collecting and (_is_number(word) or _is_meant(word, after)):
             words[-1] += ("" if words[-1].endswith("=") else ",") + word
         else:
             collecting = False
@@ -43,25 +56,51 @@ def join_numbers(argv: Iterable[str]) -> list[str]:
 
 def _is_number(word: str) -> bool:
     try:
-        for part in word.split(","):
+        for part in _parts(word):
             float(part)
     except ValueError:
         return False
-    return True
+    return bool(word.strip())
+
+
+def _is_meant(word: str, after: str) -> bool:
+    # a list that holds something else, or a word between numbers
+    if word.startswith("-"):
+        return False
+    return bool(re.search(r"[,\s]", word)) or _is_number(after)
+
+
+def _parts(text: str) -> list[str]:
+    return re.split(r"\s*,\s*|\s+", text.strip())
 
 
 def numbers(text: str, count: int, option: str, names: str) -> list[float]:
     """The numbers of one option.
 
     Raises:
-        InputError: not so many, or not finite.
+        InputError: not so many, not finite, or something that is no number.
     """
-    try:
-        values = [float(part) for part in text.split(",")] if text else []
-    except ValueError as error:
-        raise InputError(f"{option}: {text!r} is not a list of numbers") from error
+    values = []
+    for part in _parts(text) if text.strip() else []:
+        try:
+            values.append(float(part))
+        except ValueError:
+            raise InputError(f"{option}: {part!r} is not a number") from None
     if len(values) != count:
         raise InputError(f"{option} needs {count} numbers ({names}), got {len(values)}")
     if not all(map(math.isfinite, values)):
         raise InputError(f"{option} must be finite, got {text}")
     return values
+
+
+def pose_numbers(text: str, task: str) -> list[float]:
+    """The numbers of --pose: six, or three where only the position counts.
+
+    Raises:
+        InputError: as :func:`numbers`.
+    """
+    count = len(_parts(text)) if text.strip() else 0
+    if count == 3 and task == "position":
+        return numbers(text, 3, "--pose", "x y z")
+    hint = "; x y z alone are for --task position" if count == 3 else ""
+    return numbers(text, 6, "--pose", "x y z roll pitch yaw" + hint)

@@ -27,19 +27,24 @@ class Poses(NamedTuple):
     """Good poses and what was wrong with the others.
 
     ``T`` (N, 4, 4); ``rows`` (N,) numbers of the rows they come from, from 1; ``problems`` one
-    line for each row left out; ``ignored`` columns that were not read.
+    line for each row left out; ``ignored`` columns that were not read; ``largest`` the greatest
+    angle as it was written, 0 where none was.
     """
 
     T: Array
     rows: NDArray[np.int64]
     problems: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
+    largest: float = 0.0
 
 
 def from_numbers(values: Sequence[float], degrees: bool) -> Poses:
-    """One pose from x y z [m] and roll pitch yaw [rad, or deg]."""
+    """One pose from x y z [m] and roll pitch yaw [rad, or deg], or from x y z alone."""
+    if len(values) == 3:
+        return _stack([se3.pose(values)], [1])
     rpy = [math.radians(v) for v in values[3:]] if degrees else list(values[3:])
-    return _stack([se3.pose(values[:3], rpy=rpy)], [1])
+    largest = max(values[3:], key=abs)
+    return _stack([se3.pose(values[:3], rpy=rpy)], [1])._replace(largest=largest)
 
 
 def from_matrix(path: Path) -> Poses:
@@ -67,16 +72,18 @@ def from_matrix(path: Path) -> Poses:
     return Poses(T, np.arange(1, len(T) + 1))
 
 
-def from_csv(path: Path, degrees: bool, skip: bool) -> Poses:
+def from_csv(path: Path, degrees: bool, skip: bool, task: str = "pose") -> Poses:
     """Poses from a CSV file with a header, columns in any order.
 
     Either x, y, z with roll, pitch, yaw [rad, or deg] or with qw, qx, qy, qz; or m11 ... m34
-    (m41 ... m44 are checked if they are there). Other columns are ignored.
+    (m41 ... m44 are checked if they are there). x, y, z alone do for the task "position". Other
+    columns are ignored.
 
     Args:
         path: the file.
         degrees: roll, pitch and yaw are in degrees.
         skip: keep the good rows and list the broken ones, instead of raising at the first.
+        task: what the poses are for.
 
     Raises:
         InputError: no usable header, or a broken row; the message names file, row and column.
@@ -84,30 +91,33 @@ def from_csv(path: Path, degrees: bool, skip: bool) -> Poses:
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+            reader = csv.reader(file)
+            lines = [(row, reader.line_num) for row in reader if any(map(str.strip, row))]
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: not a CSV text file: {error}") from error
-    header = [cell.strip().lower() for cell in lines[0]] if lines else []
-    columns, build = _layout(path, header, degrees)
+    header = [cell.strip().lower() for cell in lines[0][0]] if lines else []
+    columns, build = _layout(path, header, degrees, task)
     used = {name: header.index(name) for name in columns}
-    poses, rows, problems = [], [], []
-    for number, cells in enumerate(lines[1:], start=1):
+    poses, rows, problems, largest = [], [], [], 0.0
+    for number, (cells, line) in enumerate(lines[1:], start=1):
         try:
             if len(cells) != len(header):
                 raise InputError(f"{len(cells)} cells where the header has {len(header)}")
-            poses.append(build({name: _cell(cells[at], name) for name, at in used.items()}))
+            values = {name: _cell(cells[at], name) for name, at in used.items()}
+            poses.append(build(values))
+            largest = max([largest, *(values.get(name, 0.0) for name in RPY)], key=abs)
             rows.append(number)
         except InputError as error:
-            problem = f"{path}: row {number}: {error}"
+            problem = f"{path}: row {number} (line {line}): {error}"
             if not skip:
                 raise InputError(problem) from error
             problems.append(problem)
     ignored = tuple(name for name in header if name not in used)
-    return _stack(poses, rows)._replace(problems=tuple(problems), ignored=ignored)
+    return _stack(poses, rows)._replace(problems=tuple(problems), ignored=ignored, largest=largest)
 
 
 def _layout(
-    path: Path, header: list[str], degrees: bool
+    path: Path, header: list[str], degrees: bool, task: str
 ) -> tuple[tuple[str, ...], Callable[[dict[str, float]], Array]]:
     have = {name for name in header if header.count(name) == 1}
     scale = math.pi / 180.0 if degrees else 1.0
@@ -117,6 +127,9 @@ def _layout(
 
     def by_quat(row: dict[str, float]) -> Array:
         return se3.pose([row[k] for k in POSITION], quat=[row[k] for k in QUAT])
+
+    def by_xyz(row: dict[str, float]) -> Array:
+        return se3.pose([row[k] for k in POSITION])
 
     def by_matrix(row: dict[str, float]) -> Array:
         last = [row.get(k, float(k == "m44")) for k in LAST_ROW]
@@ -128,9 +141,12 @@ def _layout(
     if have.issuperset(MATRIX):
         whole = have.issuperset(LAST_ROW)
         return MATRIX + (LAST_ROW if whole else ()), by_matrix
+    if task == "position" and have.issuperset(POSITION):
+        return POSITION, by_xyz
     raise InputError(
         f"{path}: the first row must name the columns x y z roll pitch yaw, x y z qw qx qy qz, or "
-        f"m11 ... m34, each once; found {', '.join(header) or 'nothing'}"
+        f"m11 ... m34 (with --task position x y z alone), each once;"
+        f" found {', '.join(header) or 'nothing'}"
     )
 
 

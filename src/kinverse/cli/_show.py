@@ -1,12 +1,15 @@
 """What the commands share in printing: consoles, tables, numbers, atomic files."""
 
 import os
+import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from kinverse.errors import InputError
@@ -16,7 +19,19 @@ if TYPE_CHECKING:
 
     from kinverse.robot import Robot
 
-__all__ = ["console", "joint_header", "joint_values", "notes", "table", "tiny", "write_atomically"]
+__all__ = [
+    "console",
+    "joint_header",
+    "joint_values",
+    "note",
+    "note_turns",
+    "notes",
+    "outside_limits",
+    "show_table",
+    "table",
+    "tiny",
+    "write_atomically",
+]
 
 
 def console() -> Console:
@@ -29,8 +44,49 @@ def notes() -> Console:
     return Console(stderr=True, highlight=False)
 
 
+def note(text: str) -> None:
+    """One remark on standard error."""
+    print("kinverse: note:", text, file=sys.stderr)
+
+
+def note_turns(angles: Sequence[float], degrees: bool) -> None:
+    """Remark on angles that are more than a turn where radians are read."""
+    import math
+
+    largest = max(angles, key=abs, default=0.0)
+    if not degrees and abs(largest) > 2.0 * math.pi:
+        note(f"angles are read as radians; {largest:g} is more than a turn: --degrees?")
+
+
+def outside_limits(robot: "Robot", q: "np.ndarray", degrees: bool) -> list[str]:
+    """A line for each joint value that is outside its joint's limits."""
+    from kinverse.robot import LIMIT_SLACK
+
+    wrong = (q < robot.limits[:, 0] - LIMIT_SLACK) | (q > robot.limits[:, 1] + LIMIT_SLACK)
+    columns = (q, *robot.limits.T)
+    rows = zip(*(joint_values(robot, column, degrees) for column in columns), strict=True)
+    lines = []
+    for name, kind, bad, row in zip(
+        robot.joint_names, joint_kinds(robot), wrong.tolist(), rows, strict=True
+    ):
+        if bad:
+            unit = "m" if kind == "P" else "deg" if degrees else "rad"
+            value, low, high = (f"{v + 0.0:.6g}" for v in row)
+            lines.append(f"{name} at {value} {unit} is outside its limits {low} to {high}")
+    return lines
+
+
+def show_table(made: Table) -> None:
+    """Print a table; where the terminal is too narrow the table is wider: no digit is ever cut."""
+    out = console()
+    needed = Measurement.get(out, out.options.update(width=10_000), made).maximum
+    if needed > out.width:
+        out = Console(highlight=False, soft_wrap=False, width=needed)
+    out.print(made)
+
+
 def table(*columns: str, title: str | None = None) -> Table:
-    """A table that fits 80 columns; columns that start with ">" are set to the right."""
+    """A table of whole cells; columns that start with ">" are set to the right."""
     made = Table(box=SIMPLE_HEAD, title=title, title_justify="left", pad_edge=False)
     made.padding = (0, 1, 0, 0)
     for column in columns:

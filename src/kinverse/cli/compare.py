@@ -25,7 +25,7 @@ def compare(
 
     import kinverse as kv
     from kinverse.cli import _race
-    from kinverse.cli._show import console, table, tiny
+    from kinverse.cli._show import show_table, table, tiny
 
     if poses < 1:
         raise InputError(f"--poses must be at least 1, got {poses}")
@@ -53,5 +53,5 @@ def compare(
                 f"{row['one_us']:.1f}",
                 f"{row['batch_us']:.2f}",
             )
-        console().print(shown)
+        show_table(shown)
     return 0 if all(row["note"] or row["solved"] == 100.0 for row in rows) else 1

@@ -24,12 +24,24 @@ def fk(
 
     import kinverse as kv
     from kinverse import se3
-    from kinverse.cli._show import console, joint_kinds, table
+    from kinverse.cli._show import (
+        console,
+        joint_kinds,
+        note,
+        note_turns,
+        outside_limits,
+        show_table,
+        table,
+    )
 
     arm = kv.load(robot, base=base, tip=tip)
     values = np.array(numbers(q, arm.dof, "--q", " ".join(arm.joint_names)))
+    turns = np.array([kind == "R" for kind in joint_kinds(arm)])
+    note_turns(values[turns].tolist(), degrees)
     if degrees:
-        values = np.where([k == "R" for k in joint_kinds(arm)], np.radians(values), values)
+        values = np.where(turns, np.radians(values), values)
+    for line in outside_limits(arm, values, degrees):
+        note(line)
     T = arm.fk(values)
     rpy = se3.rpy_from_rotation(T[:3, :3])
     angles = np.degrees(rpy) if degrees else rpy
@@ -49,7 +61,7 @@ def fk(
     shown = table(">x m", ">y m", ">z m", f">roll {unit}", f">pitch {unit}", f">yaw {unit}")
     shown.add_row(*(f"{v + 0.0:.6f}" for v in (*T[:3, 3], *angles)))
     out = console()
-    out.print(shown)
+    show_table(shown)
     out.print("quaternion wxyz:", " ".join(f"{v:.9f}" for v in quat))
     out.print("matrix:")
     for row in T:

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING, Any
 from kinverse.cli._args import Base, Degrees, Json, RobotName, Tip
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from kinverse.robot_class import RobotClass
 
 __all__ = ["info"]
@@ -24,7 +22,7 @@ def info(
     from dataclasses import asdict
 
     import kinverse as kv
-    from kinverse.cli._show import console, joint_kinds, joint_values, table
+    from kinverse.cli._show import console, joint_kinds, joint_values, show_table, table
     from kinverse.robot_class import robot_class
 
     arm = kv.load(robot, base=base, tip=tip)
@@ -55,8 +53,8 @@ def info(
     for name, letter, a, b in zip(arm.joint_names, joint_kinds(arm), low, high, strict=True):
         word = "turns" if letter == "R" else "slides"
         shown.add_row(name, word, f"{a:.4f}", f"{b:.4f}", unit if letter == "R" else "m")
-    out.print(shown)
-    _show_axes(out, kind, degrees)
+    show_table(shown)
+    _show_axes(kind, degrees)
     for line in _class_lines(kind):
         out.print(line, markup=False)
     out.print(f"closed form: {closed_form}", markup=False)
@@ -66,11 +64,11 @@ def info(
         out.print(f"unverified: {line}", markup=False)
 
 
-def _show_axes(out: "Console", kind: "RobotClass", degrees: bool) -> None:
+def _show_axes(kind: "RobotClass", degrees: bool) -> None:
     """How neighbouring axes lie to each other."""
     import math
 
-    from kinverse.cli._show import table
+    from kinverse.cli._show import show_table, table
 
     if not kind.pairs:
         return
@@ -80,7 +78,7 @@ def _show_axes(out: "Console", kind: "RobotClass", degrees: bool) -> None:
         angle = math.degrees(pair.angle) if degrees else pair.angle
         apart = "-" if pair.distance is None else f"{pair.distance:.6g}"
         shown.add_row(_axes(pair.joints), pair.relation, f"{angle:.6g}", apart)
-    out.print(shown)
+    show_table(shown)
 
 
 def _axes(joints: tuple[int, ...]) -> str:

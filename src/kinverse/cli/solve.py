@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinverse.cli._args import Base, Degrees, Json, RobotName, Task, Tip, numbers
+from kinverse.cli._args import Base, Degrees, Json, RobotName, Task, Tip, numbers, pose_numbers
 from kinverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +26,10 @@ class OnError(StrEnum):
 def solve(
     robot: RobotName,
     pose: Annotated[
-        str | None, typer.Option(metavar="X Y Z ROLL PITCH YAW", help="One pose [m, rad].")
+        str | None,
+        typer.Option(
+            metavar="X Y Z ROLL PITCH YAW", help="One pose [m, rad]; x y z do for --task position."
+        ),
     ] = None,
     matrix: Annotated[Path | None, typer.Option(help="File of 4 x 4 matrices.")] = None,
     poses: Annotated[Path | None, typer.Option(help="CSV file of poses, with a header.")] = None,
@@ -48,23 +51,28 @@ def solve(
 
     import kinverse as kv
     from kinverse.cli import _answers
-    from kinverse.cli._show import joint_kinds, write_atomically
+    from kinverse.cli._show import joint_kinds, note, note_turns, write_atomically
 
     if out is not None and out.suffix not in (".csv", ".json"):
         raise InputError(f"--out must end in .csv or .json, got {out.name!r}")
     if out is not None and not out.parent.is_dir():
         raise InputError(f"--out: there is no folder {out.parent}")
-    given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP)
+    given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP, task=task)
     arm = kv.load(robot, base=base, tip=tip)
+    note_turns([given.largest], degrees)
     seed = None
     if q_seed is not None:
         seed = np.array(numbers(q_seed, arm.dof, "--q-seed", " ".join(arm.joint_names)))
+        turns = np.array([kind == "R" for kind in joint_kinds(arm)])
+        note_turns(seed[turns].tolist(), degrees)
         if degrees:
-            seed = np.where([k == "R" for k in joint_kinds(arm)], np.radians(seed), seed)
+            seed = np.where(turns, np.radians(seed), seed)
     for line in given.problems:
         print("kinverse: skipped:", line, file=sys.stderr)
     if given.ignored:
         print("kinverse: columns not read:", ", ".join(given.ignored), file=sys.stderr)
+    if not len(given.T):
+        note(f"0 poses in {poses or matrix}")
 
     done = _answers.run(arm, given, solver=solver, task=task, q_seed=seed, rng=rng)
     answers = _answers.Answers(arm, solver, task, degrees, given, done)
@@ -76,18 +84,19 @@ def solve(
         answers.show()
     else:
         answers.summary()
+    answers.remark()
     return 0 if answers.all_solved else 1
 
 
 def _read(
-    pose: str | None, matrix: Path | None, poses: Path | None, degrees: bool, skip: bool
+    pose: str | None, matrix: Path | None, poses: Path | None, degrees: bool, skip: bool, task: str
 ) -> "Poses":
     from kinverse.cli import _poses
 
     if pose is not None and matrix is None and poses is None:
-        return _poses.from_numbers(numbers(pose, 6, "--pose", "x y z roll pitch yaw"), degrees)
+        return _poses.from_numbers(pose_numbers(pose, task), degrees)
     if matrix is not None and pose is None and poses is None:
         return _poses.from_matrix(matrix)
     if poses is not None and pose is None and matrix is None:
-        return _poses.from_csv(poses, degrees, skip)
+        return _poses.from_csv(poses, degrees, skip, task)
     raise InputError("give one of --pose, --matrix and --poses")
