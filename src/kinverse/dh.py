@@ -1,5 +1,7 @@
 """Denavit-Hartenberg rows as a chain of fixed transforms and motions about z."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -36,7 +38,7 @@ def frames(
     d: ArrayLike,
     alpha: ArrayLike,
     theta: ArrayLike,
-    joints: str,
+    joints: str | Sequence[str],
     convention: str,
     base: Array | None = None,
     tool: Array | None = None,
@@ -50,9 +52,11 @@ def frames(
     """
     if convention not in CONVENTIONS:
         raise InputError(f"convention must be {' or '.join(CONVENTIONS)}, got {convention!r}")
+    if isinstance(joints, (list, tuple)) and all(kind in ("R", "P", "F") for kind in joints):
+        joints = "".join(joints)
     if not isinstance(joints, str) or set(joints) - set("RPF"):
         raise InputError(
-            f"joints must be a text of R (revolute), P (prismatic), F (fixed), got {joints!r}"
+            f"joints must be letters R (revolute), P (prismatic), F (fixed), got {joints!r}"
         )
     rows = len(joints)
     columns = []

@@ -17,6 +17,9 @@ __all__ = ["LIMIT_SLACK", "MOST_JOINTS", "MOST_LIMIT", "Robot"]
 
 Array = NDArray[np.float64]
 
+MOST_DEGREES = 36_000.0
+"""Limits beyond this are no degrees by mistake: they stand for a joint that has none."""
+
 LIMIT_SLACK = 1e-9
 """How far outside its limits a joint value [rad or m] still counts as inside."""
 
@@ -126,7 +129,7 @@ class Robot:
         d: ArrayLike,
         alpha: ArrayLike,
         theta: ArrayLike = 0.0,
-        joints: str = "RRRRRR",
+        joints: str | Sequence[str] = "RRRRRR",
         convention: str = "standard",
         limits: Any = None,
         base: Any = None,
@@ -147,7 +150,7 @@ class Robot:
             d: link offsets [m], likewise.
             alpha: twists [rad], likewise.
             theta: constant angles [rad], likewise.
-            joints: one letter a row: R revolute, P prismatic, F fixed.
+            joints: one letter a row, as a text or a list: R revolute, P prismatic, F fixed.
             convention: "standard" or "modified".
             limits: (n, 2) of the moving rows [rad or m]; see :class:`Robot`.
             base: (4, 4) pose of the first row in the base frame.
@@ -161,6 +164,10 @@ class Robot:
             InputError: as :class:`Robot`; also an unknown convention or letter, or rows of
                 different length.
 
+        Warns:
+            UserWarning: twists of more than a turn, or revolute limits beyond four turns: degrees
+                where radians are read?
+
         Example:
             >>> Robot.from_dh(a=[0.1, 0.1], d=0, alpha=0, joints="RR").dof
             2
@@ -168,7 +175,7 @@ class Robot:
         base = None if base is None else se3.as_pose(base, "base")
         tool = None if tool is None else se3.as_pose(tool, "tool")
         frames, kinds = dh.frames(a, d, alpha, theta, joints, convention, base, tool)
-        return cls(
+        robot = cls(
             frames,
             kinds,
             limits,
@@ -177,6 +184,21 @@ class Robot:
             source_note=source_note,
             unverified=unverified,
         )
+        twist = float(np.abs(np.asarray(alpha, dtype=np.float64)).max(initial=0.0))
+        turns = np.array([kind == "R" for kind in kinds])
+        bound = float(np.abs(robot.limits[turns]).max(initial=0.0))
+        bound = 0.0 if bound > MOST_DEGREES else bound
+        for what, value, most in (("alpha", twist, 2.0 * np.pi), ("limits", bound, 8.0 * np.pi)):
+            if value > most + LIMIT_SLACK:
+                # imported here: it is rarely needed, and an import of kinverse is to be quick
+                import warnings
+
+                warnings.warn(
+                    f"{what} of robot {name!r} reach {value:g}, and angles are read as radians:"
+                    " np.radians(...)?",
+                    stacklevel=2,
+                )
+        return robot
 
     def to_dh(self, convention: str = "standard") -> DHTable:
         """The arm as a table of Denavit-Hartenberg rows, by the geometry of its axes.

@@ -49,6 +49,7 @@ MOST_SEED = 1e6
 """Largest joint value to be near to [rad or m]: its whole turns can still be told apart."""
 
 _EYE = np.eye(3)
+_EYE4 = np.eye(4)
 _LAST_ROW = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -151,7 +152,8 @@ def as_poses(T: Any, name: str = "T") -> Array:
             T = T.A
     array = as_real(T, name)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
-        raise InputError(f"{name} must have shape (4, 4) or (N, 4, 4), got {array.shape}")
+        hint = "; for positions: kv.pose(xyz)" if array.shape[-1:] == (3,) else ""
+        raise InputError(f"{name} must have shape (4, 4) or (N, 4, 4), got {array.shape}{hint}")
     single = array.ndim == 2
     if single and _is_rigid(array.tolist()):
         return array[None]
@@ -247,18 +249,20 @@ def pose(
     *,
     rpy: ArrayLike | None = None,
     quat: ArrayLike | None = None,
-    axis: tuple[ArrayLike, float] | None = None,
+    axis: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Array:
-    """Build one pose from a position and at most one description of the rotation.
+    """Build poses from a position and at most one description of the rotation.
+
+    Each may be one, or N of them; one goes with all N of the other.
 
     Args:
-        xyz: (3,) position [m].
-        rpy: (3,) roll, pitch, yaw [rad]; ``R = Rz(yaw) Ry(pitch) Rx(roll)``.
-        quat: (4,) quaternion w, x, y, z; its length must be 1 within 1e-3.
-        axis: a direction (3,) of any length and an angle [rad].
+        xyz: (3,) or (N, 3) positions [m].
+        rpy: (3,) or (N, 3) roll, pitch, yaw [rad]; ``R = Rz(yaw) Ry(pitch) Rx(roll)``.
+        quat: (4,) or (N, 4) quaternions w, x, y, z; their length must be 1 within 1e-3.
+        axis: directions (3,) or (N, 3) of any length and angles, one or (N,) [rad].
 
     Returns:
-        (4, 4) float64.
+        (4, 4) float64; (N, 4, 4) if anything came as N.
 
     Raises:
         TypeError: complex, object or text data.
@@ -273,30 +277,47 @@ def pose(
         raise InputError("pose takes one rotation: rpy, quat or axis")
     R = _EYE
     if rpy is not None:
-        R = rotation_from_rpy(_vector(rpy, 3, "rpy"))
+        R = rotation_from_rpy(_vectors(rpy, 3, "rpy"))
     elif quat is not None:
-        wxyz = _vector(quat, 4, "quat")
-        length = float(np.linalg.norm(wxyz))
-        if not abs(length - 1.0) <= 1e-3:
-            raise InputError(f"quat must have length 1 (w, x, y, z), got length {length:.6g}")
+        wxyz = _vectors(quat, 4, "quat")
+        length = np.atleast_1d(np.linalg.norm(wxyz, axis=-1))
+        wrong = np.flatnonzero(~(np.abs(length - 1.0) <= 1e-3))
+        if len(wrong):
+            where = f" in row {wrong[0]}" if wxyz.ndim == 2 else ""
+            raise InputError(
+                f"quat must have length 1 (w, x, y, z), got length {length[wrong[0]]:.6g}{where}"
+            )
         R = rotation_from_quat(wxyz)
     elif axis is not None:
         if not isinstance(axis, Sequence) or len(axis) != 2:
             raise InputError("axis must be a pair: a direction of three numbers and an angle")
-        direction = _vector(axis[0], 3, "axis direction")
-        if not direction.any():
+        direction = _vectors(axis[0], 3, "axis direction")
+        if not direction.any(axis=-1).all():
             raise InputError("axis direction must not be zero")
         angle = as_real(axis[1], "axis angle")
-        if angle.shape != () or not np.isfinite(angle):
-            raise InputError("axis angle must be one finite number")
-        R = rotation_from_axis(direction, float(angle))
-    return transform(R, _vector(xyz, 3, "xyz"))
+        if angle.ndim > 1 or not np.isfinite(angle).all():
+            raise InputError("axis angle must be one finite number, or (N,) of them")
+        if angle.ndim == direction.ndim - 1 == 1 and len(angle) != len(direction):
+            raise InputError(f"axis has {len(direction)} directions and {len(angle)} angles")
+        count = np.broadcast_shapes(angle.shape, direction.shape[:-1])
+        R = rotation_from_axis(
+            np.broadcast_to(direction, (*count, 3)), np.broadcast_to(angle, count)
+        )
+    place = _vectors(xyz, 3, "xyz")
+    if place.ndim == 1 and R.ndim == 2:
+        return transform(R, place)
+    if place.ndim == 2 and R.ndim == 3 and len(place) != len(R):
+        raise InputError(f"xyz has {len(place)} rows and the rotation {len(R)}")
+    T = np.tile(_EYE4, (len(place) if place.ndim == 2 else len(R), 1, 1))
+    T[:, :3, :3] = R
+    T[:, :3, 3] = place
+    return T
 
 
-def _vector(values: ArrayLike, length: int, name: str) -> Array:
+def _vectors(values: ArrayLike, length: int, name: str) -> Array:
     array = as_real(values, name)
-    if array.shape != (length,):
-        raise InputError(f"{name} must have shape ({length},), got {array.shape}")
+    if array.ndim not in (1, 2) or array.shape[-1] != length:
+        raise InputError(f"{name} must have shape ({length},) or (N, {length}), got {array.shape}")
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite, got {array.tolist()}")
     return array

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import kernels, se3
 from kinverse.errors import InputError
-from kinverse.robot import Robot
+from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of
 from kinverse.table import TableLike
 from kinverse.task import as_task
@@ -173,11 +173,12 @@ class Numerical(Solver):
 
         Args:
             T: (N, 4, 4) poses in order.
-            q_start: (n,) joint values before the first pose.
+            q_start: (n,) joint values before the first pose, inside the limits if these hold.
             rng: as in ``solve``; only poses that need a second start look at it.
 
         Returns:
-            ``Solutions`` of length N.
+            ``Solutions`` of length N; a pose without a solution has no row in ``q``, so go by
+            ``pose_index``.
 
         Raises:
             InputError: not fitted, or a pose or start that cannot be used.
@@ -192,6 +193,8 @@ class Numerical(Solver):
         start = se3.as_joints(q_start, self.robot_.dof, "q_start", bound=se3.MOST_SEED)
         if start.ndim != 1:
             raise InputError(f"q_start must have shape ({self.robot_.dof},), got {start.shape}")
+        if self.settings_.limits == "hold":
+            _inside(self.robot_, start)
         step = self.options_[3] if np.isfinite(self.options_[3]) else FOLLOW_STEP
         seed = 0 if rng is None else _seed_of(rng)
         return self._solutions(self._native.follow(poses, start, seed, step))
@@ -208,6 +211,14 @@ def _weights(value: Any) -> tuple[float, float]:
     if high > MOST_WEIGHT_RATIO * low:
         raise InputError(f"weights must be within a factor of {MOST_WEIGHT_RATIO:g}, got {value!r}")
     return float(pair[0]), float(pair[1])
+
+
+def _inside(robot: Robot, start: Array) -> None:
+    for name, value, (low, high) in zip(robot.joint_names, start, robot.limits, strict=True):
+        if not low - LIMIT_SLACK <= value <= high + LIMIT_SLACK:
+            raise InputError(
+                f"q_start: joint {name!r} is at {value:g}, outside its limits {low:g} to {high:g}"
+            )
 
 
 def _number(name: str, value: Any) -> float:
