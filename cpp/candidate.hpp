@@ -28,10 +28,11 @@ struct Checked {
   Mask<W> verified, inside;
 };
 
-// Moves q onto its limits where it is outside by rounding only, and measures its error.
-template <int W>
+// Moves q onto its limits where it is outside by rounding only, and measures its error; `reach` is the
+// chain's forward kinematics.
+template <int W, class Reach>
 KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack<W>>& target, Pack<W>* q,
-                                 double tol_position, double tol_rotation) {
+                                 double tol_position, double tol_rotation, Reach reach) {
   using P = Pack<W>;
   Checked<W> result;
   result.inside = Mask<W>::all(true);
@@ -41,9 +42,39 @@ KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack
     q[j] = select((q[j] > high) & (q[j] <= high + slack), high, q[j]);
     result.inside = result.inside & (q[j] >= low) & (q[j] <= high);
   }
-  task_errors<W>(task, target, forward<W>(chain, q), result.position_error, result.rotation_error);
+  task_errors<W>(task, target, reach(q), result.position_error, result.rotation_error);
   result.verified = (result.position_error <= P(tol_position)) & (result.rotation_error <= P(tol_rotation));
   return result;
 }
+
+template <int W>
+KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack<W>>& target, Pack<W>* q,
+                                 double tol_position, double tol_rotation) {
+  return check(chain, task, target, q, tol_position, tol_rotation, [&](const Pack<W>* at) { return forward<W>(chain, at); });
+}
+
+// Forward kinematics of one configuration after another, from the first joint that differs: branches
+// of a pose share their first joints. For chains whose joints stand at their own values.
+template <int W, int MOST>
+struct SharedForward {
+  const Chain& chain;
+  Pack<W> held[MOST];
+  Frame<Pack<W>> after[MOST];  // joint i
+  int known = 0;
+
+  KINVERSE_INLINE Frame<Pack<W>> operator()(const Pack<W>* q) {
+    int first = 0;
+    while (first < known && same_bits(q[first], held[first])) ++first;
+    Frame<Pack<W>> f = first ? after[first - 1] : constant_frame<Pack<W>>(chain.frames);
+    for (int i = first; i < chain.joints; ++i) {
+      if (i) f = compose(f, chain.frames + 12 * i);
+      f = move_joint(f, q[i], chain.prismatic[i]);
+      held[i] = q[i];
+      after[i] = f;
+    }
+    known = chain.joints;
+    return compose(f, chain.frames + 12 * chain.joints);
+  }
+};
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -13,10 +13,10 @@ struct StoredBranch {
 };
 
 // theta of one branch -> joint values with their errors, stored from lane first_lane on
-template <int W>
+template <int W, class Reach>
 KINVERSE_INLINE StoredBranch<W> store_branch(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
                                         const Frame<Pack<W>>& target, const Pack<W>* theta, const Pack<W>* reference,
-                                        double (*value)[WIDEST], int first_lane) {
+                                        double (*value)[WIDEST], int first_lane, Reach& reach) {
   using P = Pack<W>;
   P q[6];
   for (int i = 0; i < spec.dof; ++i) {
@@ -24,7 +24,8 @@ KINVERSE_INLINE StoredBranch<W> store_branch(const Chain& chain, const ClosedFor
     P v = P(spec.sign[i]) * (theta[i] - P(spec.offset[i]));
     q[j] = chain.prismatic[j] ? v : wind(v, reference[j], P(chain.lower[j]), P(chain.upper[j]), tolerances.hold_limits);
   }
-  Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation);
+  Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation,
+                             [&](const P* at) { return reach(at); });
   for (int j = 0; j < spec.dof; ++j) store(value[j] + first_lane, q[j]);
   store(value[spec.dof] + first_lane, checked.position_error);
   store(value[spec.dof + 1] + first_lane, checked.rotation_error);
@@ -55,8 +56,9 @@ void solve_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerance
   visit_branches<Model>(spec, context, target, [&](int number, const P* t) {
     for (int i = 0; i < spec.dof; ++i) theta[number][i] = t[i];
   });
+  SharedForward<W, 6> reach{chain};
   for (int b = 0; b < spec.branches; ++b) {
-    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta[b], reference, block.value[b], 0);
+    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta[b], reference, block.value[b], 0, reach);
     block.exact[b] = stored.exact;
     block.verified[b] = stored.verified;
     block.inside[b] = stored.inside;
@@ -78,9 +80,10 @@ void solve_pose(const Chain& chain, const ClosedFormSpec& spec, const Tolerances
   for (unsigned& slot : block.free_slot) slot = 0;
   for (int first = 0; first < spec.branches; first += W) {
     LaneContext<W> context;
+    SharedForward<W, 6> reach{chain};
     P theta[6];
     numbered_branches<Model>(spec, context, target, first, theta);
-    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta, reference, block.value[0], first);
+    const auto stored = store_branch<W>(chain, spec, tolerances, target, theta, reference, block.value[0], first, reach);
     // an arm with fewer branches than lanes repeats them
     const unsigned used = spec.branches - first < W ? (1u << (spec.branches - first)) - 1u : ~0u;
     block.exact[0] |= (stored.exact & used) << first;

@@ -223,6 +223,14 @@ KINVERSE_INLINE bool any(Mask<W> mask) {
   return lane_bits(mask) != 0;
 }
 
+template <int W>
+KINVERSE_INLINE bool same_bits(Pack<W> a, Pack<W> b) {
+  Mask<W> equal;
+  equal.m = (typename Mask<W>::Bits)(a.to_bits() == b.to_bits());
+  if constexpr (W == 1) return a.to_bits() == b.to_bits();
+  return lane_bits(equal) == (1u << W) - 1u;
+}
+
 // Nearest integer (ties to even) for |x| < 2^51: the sum with 1.5 * 2^52 rounds in the last place.
 constexpr double ROUND_MAGIC = 6755399441055744.0;
 template <int W>
