@@ -1,7 +1,7 @@
-"""A manufacturer's URDF, solved.
+"""A URDF file, solved.
 
-``python examples/from_urdf.py [FILE [BASE TIP]]``; without arguments the UR10e that comes with
-the package compas-fab (``pip install --no-deps compas-fab``).
+``python examples/from_urdf.py [FILE [BASE TIP]]``; without arguments the small arm beside this
+program, and the UR10e of the package compas-fab if that is installed.
 """
 
 import sys
@@ -14,12 +14,11 @@ import kinverse as kv
 
 arguments = sys.argv[1:]
 if not arguments:
+    arguments = [str(Path(__file__).with_name("small_arm.urdf")), "base_link", "tool0"]
     package = find_spec("compas_fab")
-    if package is None or not package.submodule_search_locations:
-        sys.exit("give a URDF file, or: pip install --no-deps compas-fab")
-    library = Path(package.submodule_search_locations[0]) / "data" / "robot_library"
-    file = library / "ur10e_robot" / "urdf" / "robot_description.urdf"
-    arguments = [str(file), "base_link", "tool0"]
+    if package is not None and package.submodule_search_locations:
+        library = Path(package.submodule_search_locations[0]) / "data" / "robot_library"
+        arguments[0] = str(library / "ur10e_robot" / "urdf" / "robot_description.urdf")
 
 robot = kv.load(*arguments)
 q = robot.random(rng=np.random.default_rng(3))

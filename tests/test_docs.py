@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tomllib
 from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -65,14 +64,21 @@ def test_the_readme_shows_what_its_command_prints(capsys):
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.name)
 def test_examples_run(file):
-    if file.name == "from_urdf.py" and find_spec("compas_fab") is None:
-        pytest.skip("compas-fab is not installed: make test installs it")
     done = subprocess.run(
         [sys.executable, "-W", "error", file],
         capture_output=True, text=True, check=False, env=os.environ | {"PYTHONUTF8": "1"},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout and done.stderr == ""
+
+
+def test_the_urdf_example_carries_a_file():
+    arm = [ROOT / "examples" / "small_arm.urdf", "base_link", "tool0"]
+    done = subprocess.run(
+        [sys.executable, "-W", "error", ROOT / "examples" / "from_urdf.py", *arm],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "small_arm: 6 joints" in done.stdout and "branch" in done.stdout
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.name)
