@@ -14,7 +14,7 @@ from kinverse import kernels
 from kinverse.errors import InputError
 from kinverse.solutions import Origin, Solutions
 from kinverse.status import Status
-from kinverse.table import TableLike, replaced
+from kinverse.table import PER_INTERVAL, TableLike, replaced
 from kinverse.task import Task, as_task
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ class Proposal:
             where it is shown that no joint values meet the tolerances; None: all NOT_FOUND.
         evaluations: (N,) forward kinematics evaluations spent; None: as counted by verification.
         singular: (N,) the pose meets a continuum of solutions; None: as seen by verification.
+        intervals: (K,) arrays pose, branch, low, high: see ``Solutions.intervals``; None: none.
     """
 
     q: Array
@@ -80,6 +81,7 @@ class Proposal:
     hint: NDArray[np.uint8] | None = None
     evaluations: NDArray[np.int64] | None = None
     singular: NDArray[np.bool_] | None = None
+    intervals: tuple[NDArray[Any], ...] | None = None
 
 
 def verify(
@@ -151,6 +153,11 @@ def verify_table(
     if proposal.singular is not None:
         singular = _array("singular", proposal.singular, np.bool_, (poses,))
         changes["singular"] = singular | table.singular
+    if proposal.intervals is not None:
+        rows = len(proposal.intervals[0])
+        kinds = (np.int64, np.int32, np.float64, np.float64)
+        for name, array, kind in zip(PER_INTERVAL, proposal.intervals, kinds, strict=True):
+            changes[name] = _array(name, array, kind, (rows,))
     return replaced(table, **changes) if changes else table
 
 
