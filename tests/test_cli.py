@@ -187,7 +187,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
     code, out, _ = run(capsys, "compare", "kr16", "--poses", 20)
     assert code == 0 and "analytic" in out and "numerical" in out
     assert max(map(len, out.splitlines())) <= 80
-    code, out, _ = run(capsys, "compare", "panda", "--poses", 20, "--json")
+    code, out, _ = run(capsys, "compare", "ir361", "--poses", 20, "--json")
     rows = {row["solver"]: row for row in json.loads(out)["rows"]}
     assert code == 0
     assert rows["analytic"]["note"] == "NoClosedForm" and rows["numerical"]["solved"] == 100.0
@@ -204,7 +204,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr17", *POSE], "kr16"),
         (["solve", "kr16", *POSE, "--solver", "magic"], "analytic"),
         (["solve", "kr16", *POSE, "--task", "half"], "position_axis"),
-        (["solve", "panda", *POSE, "--solver", "analytic"], "panda"),
+        (["solve", "ir361", *POSE, "--solver", "analytic"], "ir361"),
         (["solve", "kr16", *POSE, "--q-seed", "1"], "--q-seed needs 6"),
         (["solve", "kr16", *POSE, "--out", "x.txt"], ".csv or .json"),
         (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),

@@ -52,9 +52,9 @@ class HeldJoint:
     ) -> None:
         self.robot, self.joint, self.bounds, self.solver = robot, joint, bounds, solver
         self.lasting = lasting
-        self._end: Solver | None = None
+        self._fixed: Solver | None = None
         if joint in (0, robot.dof - 1):
-            self._end = solver.clone().fit(end_removed(robot, joint))
+            self._fixed = solver.clone().fit(end_removed(robot, joint))
         self._arms: OrderedDict[float, Solver | None] = OrderedDict()
         self._lock = Lock()
 
@@ -104,8 +104,8 @@ class HeldJoint:
 
     def _arm(self, value: float) -> Solver | None:
         """The solver of what remains at a value; None where it has no closed form."""
-        if self._end is not None:
-            return self._end
+        if self._fixed is not None:
+            return self._fixed
         with self._lock:
             if value in self._arms:
                 self._arms.move_to_end(value)
@@ -141,7 +141,7 @@ class HeldJoint:
 
     def _target(self, T: Array, value: float) -> Array:
         """Where the arm that remains has to go."""
-        if self._end is None:
+        if self._fixed is None:
             return T
         before, behind = self.robot.frames[self.joint], self.robot.frames[self.joint + 1]
         held = np.linalg.inv(before @ motion("R", value) @ behind)
