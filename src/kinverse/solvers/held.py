@@ -11,7 +11,6 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.dh import motion
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Solver
@@ -60,6 +59,9 @@ class HeldJoint:
 
     def propose_at(self, T: Array, values: Array, q_seed: Array | None) -> Proposal:
         """Every branch of poses (N, 4, 4) at values (N,)."""
+        if self._fixed is not None and len(T):
+            rows, index_, number, flags = self._branches(T, values, q_seed)
+            return _ordered(rows, index_, number, flags)
         q, index, branch = [np.empty((0, 7))], [np.empty(0, np.int64)], [np.empty(0, np.int32)]
         singular = np.zeros(len(T), np.bool_)
         for value in np.unique(values):
@@ -104,8 +106,6 @@ class HeldJoint:
 
     def _arm(self, value: float) -> Solver | None:
         """The solver of what remains at a value; None where it has no closed form."""
-        if self._fixed is not None:
-            return self._fixed
         with self._lock:
             if value in self._arms:
                 self._arms.move_to_end(value)
@@ -122,9 +122,10 @@ class HeldJoint:
         return arm
 
     def _branches(
-        self, T: Array, value: float, q_seed: Array | None
+        self, T: Array, value: float | Array, q_seed: Array | None
     ) -> tuple[Array, NDArray[np.int64], NDArray[np.int32], NDArray[np.bool_]]:
-        arm = self._arm(value)
+        """Joint values, pose and branch of each solution, and which poses are singular."""
+        arm = self._fixed or self._arm(float(value))
         if arm is None:
             none = np.zeros(len(T), np.bool_)
             return np.empty((0, 7)), np.empty(0, np.int64), np.empty(0, np.int32), none
@@ -137,14 +138,19 @@ class HeldJoint:
         q = np.concatenate([s.q, s.stats.best_q[outside]])
         index = np.concatenate([s.pose_index, outside])
         branch = np.concatenate([s.branch, np.full(len(outside), -1, np.int32)])
-        return np.insert(q, self.joint, value, axis=1), index, branch, s.stats.singular
+        column = np.broadcast_to(value, (len(T),))[index]
+        return np.insert(q, self.joint, column, axis=1), index, branch, s.stats.singular
 
-    def _target(self, T: Array, value: float) -> Array:
+    def _target(self, T: Array, value: float | Array) -> Array:
         """Where the arm that remains has to go."""
         if self._fixed is None:
             return T
         before, behind = self.robot.frames[self.joint], self.robot.frames[self.joint + 1]
-        held = np.linalg.inv(before @ motion("R", value) @ behind)
+        turned = np.broadcast_to(np.eye(4), (*np.shape(value), 4, 4)).copy()
+        turned[..., 0, 0] = turned[..., 1, 1] = np.cos(value)
+        turned[..., 1, 0] = np.sin(value)
+        turned[..., 0, 1] = -turned[..., 1, 0]
+        held = np.linalg.inv(before @ turned @ behind)
         return np.ascontiguousarray(held @ T if self.joint == 0 else T @ held)
 
     def _exists(self, T: Array, value: float) -> set[tuple[int, int]]:
