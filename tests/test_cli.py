@@ -66,7 +66,7 @@ def test_info_shows_limits_in_the_unit_asked_for(capsys):
     assert np.allclose(told["limits"][0], np.degrees(robot.limits[0]))
     assert np.allclose(told["limits"][2], robot.limits[2])  # a slide stays in metres
     code, out, _ = run(capsys, "info", "panda")
-    assert code == 0 and "closed form: no" in out and "source:" in out
+    assert code == 0 and "closed form: yes, at a value of panda_joint7" in out and "source:" in out
 
 
 def test_fk_is_the_robots_own(capsys):

@@ -36,7 +36,8 @@ class Intervals(NamedTuple):
     Everywhere from ``low`` to ``high`` the branch solves the pose inside the limits, beyond them
     it does not (to about 1e-9 rad), unless that is where the parameter's own range ends. Rows are
     grouped by pose, then by branch, and ascend. A parameter that turns round (an arm angle) has
-    ``low`` in its first turn; ``high`` may lie beyond it.
+    ``low`` in its first turn; ``high`` may lie beyond it. A branch of -1 stands for any: the roots
+    of a general arm have no lasting numbers.
     """
 
     pose_index: Ints

@@ -50,7 +50,8 @@ class Analytic(Solver):
     them. A pose without any is UNREACHABLE where interval arithmetic shows it, OUT_OF_LIMITS where
     the sweep finds solutions and all miss the limits by more than 0.02 rad, else NOT_FOUND.
     Holding an inner joint leaves another arm for each value, made when the value is met: a
-    thousand times slower.
+    thousand times slower; its sweep, and that of an end joint before a general arm, looks at 64
+    values, bisects to 1e-6 rad and does not descend to narrower ranges.
 
     Args:
         task: "pose".
