@@ -251,7 +251,8 @@ class Sweep {
     if (feasible(line_[k - 1], b) != ok || feasible(line_[k + 1], b) != ok) return false;  // an end is near, found anyhow
     if (!choice_.hold_limits && ok) return false;
     const double sign = ok ? -1.0 : 1.0;
-    if (sign * here < sign * left || sign * here < sign * right) return false;
+    // strictly above one side: a joint that the parameter does not move makes plateaus
+    if (sign * here <= sign * left || sign * here < sign * right) return false;
     const double fall = std::max(std::fabs(here - left), std::fabs(here - right));
     if (!thorough && std::fabs(here) > 3.0 * fall && here > MISSED) return false;
     double low = line_[k - 1].value, high = line_[k + 1].value, best = here;
