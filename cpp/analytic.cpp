@@ -132,8 +132,7 @@ class Pass {
   std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step,
                                       const Found& found) const {
     if (found.free_slots)
-      return representatives({chain_, spec_, tolerances_, kernels_}, T,
-                             winding_reference(chain_, seed, choice_.hold_limits), found.free_slots);
+      return continuum(T, winding_reference(chain_, seed, choice_.hold_limits), found.free_slots);
     std::vector<Candidate> candidates;
     for (int b = 0; b < spec_.branches; ++b) {
       const Solution s = solution(value, step, b);
@@ -142,6 +141,21 @@ class Pass {
       for (int j = 0; j < chain_.dof; ++j) candidates.back().q.push_back(s.q[j * s.stride]);
     }
     return candidates;
+  }
+
+  std::vector<Candidate> continuum(const double* T, const std::vector<double>& reference, unsigned slots) const {
+    auto evaluate = [&](const FreeDirections& free, int used, std::vector<Candidate>* of_lane) {
+      const double *rows[WIDEST], *references[WIDEST];
+      std::fill_n(rows, WIDEST, T);
+      std::fill_n(references, WIDEST, reference.data());
+      BranchBlock block;
+      kernels_.closed_form_poses(chain_, spec_, tolerances_, rows, references, &free, block);
+      for (int l = 0; l < used; ++l) {
+        of_lane[l].clear();
+        for (int b = 0; b < spec_.branches; ++b) of_lane[l].push_back(candidate_from(block, chain_.dof, b, l));
+      }
+    };
+    return representatives({chain_, kernels_.lanes, spec_.branches, choice_.hold_limits, evaluate}, reference, slots);
   }
 
   const Chain chain_;

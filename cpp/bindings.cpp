@@ -15,6 +15,7 @@
 #include "general_6r.hpp"
 #include "least_squares_setup.hpp"
 #include "owned_chain.hpp"
+#include "redundant.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -235,12 +236,10 @@ struct ClosedForm {
   Choice choice;
 };
 
-ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, bool reversed, bool perpendicular_wrist,
-                            In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
-                            In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position,
-                            double tol_rotation, bool ignore_limits, double exact, double deviation) {
-  const size_t dof = static_cast<size_t>(chain.dof());
-  require(dof <= 6 && chain.joints() == chain.dof(), "a closed form has at most six joints and no mimic joints");
+// Arrays of an arm's rows; `dof` of them.
+ClosedFormSpec make_spec(size_t dof, int family, int regional, bool reversed, bool perpendicular_wrist,
+                         In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse, In<int, 1> joint,
+                         size_t joints, In<double, 1> sign, In<double, 1> offset) {
   require(family >= 0 && family <= static_cast<int>(Family::scara), "unknown family");
   require(regional >= 0 && regional <= static_cast<int>(Regional::intersecting_23), "unknown regional structure");
   require(links.shape(0) == dof && links.shape(1) == 5, "links must have the shape (dof, 5): a, d, alpha, cos, sin");
@@ -262,15 +261,25 @@ ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, b
     spec.cos_alpha[i] = links(i, 3);
     spec.sin_alpha[i] = links(i, 4);
     spec.size += std::fabs(spec.a[i]) + std::fabs(spec.d[i]);
-    require(joint(i) >= 0 && joint(i) < static_cast<int>(dof), "joint out of range");
+    require(joint(i) >= 0 && joint(i) < static_cast<int>(joints), "joint out of range");
     spec.joint[i] = joint(i);
     spec.sign[i] = sign(i);
     spec.offset[i] = offset(i);
   }
   std::copy_n(base_inverse.data(), 12, spec.base_inverse);
   std::copy_n(tool_inverse.data(), 12, spec.tool_inverse);
-  spec.position_deviation = deviation;
-  spec.rotation_deviation = deviation;
+  return spec;
+}
+
+ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, bool reversed, bool perpendicular_wrist,
+                            In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
+                            In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position,
+                            double tol_rotation, bool ignore_limits, double exact, double deviation) {
+  const size_t dof = static_cast<size_t>(chain.dof());
+  require(dof <= 6 && chain.joints() == chain.dof(), "a closed form has at most six joints and no mimic joints");
+  ClosedFormSpec spec = make_spec(dof, family, regional, reversed, perpendicular_wrist, links, base_inverse,
+                                        tool_inverse, joint, dof, sign, offset);
+  spec.position_deviation = spec.rotation_deviation = deviation;
   return {Analytic(chain, spec), make_choice(0, tol_position, tol_rotation, false, ignore_limits, exact)};
 }
 
@@ -328,6 +337,56 @@ nb::object propose_general(const GeneralForm& form, nb::handle T, nb::handle q_s
     found = form.solver.propose(call.T, call.poses, call.seeds, form.choice);
   }
   return rows(found, 6);
+}
+
+// ---- seven joints -------------------------------------------------------------------------------
+
+struct RedundantForm {
+  Redundant redundant;
+  Choice choice;
+};
+
+RedundantForm make_redundant(const OwnedChain& chain, int parameter, int family, int regional, bool reversed,
+                             bool perpendicular_wrist, bool perpendicular_shoulder, In<double, 2> links,
+                             In<double, 2> base_inverse, In<double, 2> tool_inverse, In<int, 1> joint,
+                             In<double, 1> sign, In<double, 1> offset, In<double, 2> before_inverse,
+                             In<double, 2> behind_inverse, double elbow_side, double low, double high, bool round,
+                             double tol_position, double tol_rotation, bool ignore_limits, double exact) {
+  require(chain.dof() == 7 && chain.joints() == 7, "a redundant form has seven joints and no mimic joints");
+  require(parameter >= 0 && parameter <= static_cast<int>(FreeParameter::arm_angle), "unknown parameter");
+  for (int i = 0; i < 7; ++i)
+    require(!chain.prismatic[static_cast<size_t>(i)], "a redundant form has revolute joints only");
+  const bool whole = parameter == static_cast<int>(FreeParameter::arm_angle);
+  require(whole || family <= static_cast<int>(Family::three_parallel), "the arm that remains must be of six joints");
+  require(low <= high && high - low <= 6.2832, "the parameter's range must be at most a turn");
+  for (const auto* fixed : {&before_inverse, &behind_inverse})
+    require(fixed->shape(0) == 4 && fixed->shape(1) == 4, "before_inverse and behind_inverse must be (4, 4)");
+  RedundantSpec spec{};
+  spec.form = make_spec(whole ? 7 : 6, family, regional, reversed, perpendicular_wrist, links, base_inverse,
+                        tool_inverse, joint, 7, sign, offset);
+  spec.parameter = static_cast<FreeParameter>(parameter);
+  std::copy_n(before_inverse.data(), 12, spec.before_inverse);
+  std::copy_n(behind_inverse.data(), 12, spec.behind_inverse);
+  spec.perpendicular_shoulder = perpendicular_shoulder;
+  spec.elbow_side = elbow_side;
+  spec.low = low;
+  spec.high = high;
+  spec.round = round;
+  return {Redundant(chain, spec, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits, exact)};
+}
+
+Table* solve_redundant(const RedundantForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, 7, call)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(form.redundant.solve(call.T, call.poses, call.seeds, form.choice));
+}
+
+Table* solve_redundant_at(const RedundantForm& form, nb::handle T, In<double, 1> value, nb::handle q_seed) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, 7, call) || value.shape(0) != static_cast<size_t>(call.poses)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(form.redundant.solve_at(call.T, value.data(), call.poses, call.seeds, form.choice));
 }
 
 // ---- least squares ------------------------------------------------------------------------------
@@ -449,6 +508,26 @@ NB_MODULE(_core, m) {
                    })
       .def_prop_ro("evaluations",
                    [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
+      .def_prop_ro("interval_pose",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::int64_t>(self, t.interval_pose, {static_cast<size_t>(t.interval_pose.size())});
+                   })
+      .def_prop_ro("interval_branch",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<std::int32_t>(self, t.interval_branch, {static_cast<size_t>(t.interval_pose.size())});
+                   })
+      .def_prop_ro("interval_low",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<double>(self, t.interval_low, {static_cast<size_t>(t.interval_pose.size())});
+                   })
+      .def_prop_ro("interval_high",
+                   [](nb::handle_t<Table> self) {
+                     const Table& t = nb::cast<const Table&>(self);
+                     return view<double>(self, t.interval_high, {static_cast<size_t>(t.interval_pose.size())});
+                   })
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
       .def("counter",
            [](nb::handle_t<Table> self, const std::string& name) {
@@ -503,6 +582,27 @@ NB_MODULE(_core, m) {
       .def("solve", &solve_general, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("propose", &propose_general, "T"_a.none(), "q_seed"_a.none() = nb::none());
+
+  nb::class_<RedundantForm>(m, "Redundant")
+      .def("__init__",
+           [](RedundantForm* self, const OwnedChain& chain, int parameter, int family, int regional, bool reversed,
+              bool perpendicular_wrist, bool perpendicular_shoulder, In<double, 2> links, In<double, 2> base_inverse,
+              In<double, 2> tool_inverse, In<int, 1> joint, In<double, 1> sign, In<double, 1> offset,
+              In<double, 2> before_inverse, In<double, 2> behind_inverse, double elbow_side, double low, double high,
+              bool round, double tol_position, double tol_rotation, bool ignore_limits, double exact) {
+             new (self) RedundantForm(make_redundant(chain, parameter, family, regional, reversed, perpendicular_wrist,
+                                                     perpendicular_shoulder, links, base_inverse, tool_inverse, joint,
+                                                     sign, offset, before_inverse, behind_inverse, elbow_side, low, high,
+                                                     round, tol_position, tol_rotation, ignore_limits, exact));
+           },
+           "chain"_a, "parameter"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a,
+           "perpendicular_shoulder"_a, "links"_a, "base_inverse"_a, "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a,
+           "before_inverse"_a, "behind_inverse"_a, "elbow_side"_a, "low"_a, "high"_a, "round"_a, "tol_position"_a,
+           "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
+      .def("solve", &solve_redundant, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+           nb::rv_policy::take_ownership)
+      .def("solve_at", &solve_redundant_at, "T"_a, "value"_a, "q_seed"_a.none() = nb::none(),
+           nb::rv_policy::take_ownership);
 
   nb::class_<LeastSquares>(m, "LeastSquares")
       .def("__init__",

@@ -221,13 +221,14 @@ inline Interval half_turn_if_negative(Interval) { return Interval(0.0); }
 // one is what remains after the first two as found, so that rounding near the singular pose (where
 // only t0 + t2 or t0 - t2 is determined) does not show in the result.
 template <class P, class Context>
-KINVERSE_INLINE Wrist<P> solve_wrist(const ClosedFormSpec& spec, Context& context, int i, Vec3<P> x, Vec3<P> z, P sign) {
+KINVERSE_INLINE Wrist<P> solve_wrist(const ClosedFormSpec& spec, Context& context, int i, Vec3<P> x, Vec3<P> z, P sign,
+                                     bool perpendicular, int slot) {
   const double sb = spec.sin_alpha[i + 1], ca = spec.cos_alpha[i], sa = spec.sin_alpha[i];
   const P across2 = squared(z.x) + squared(z.y);
   const P across = context.root(across2, P(0.0));
   Angle<P> middle;
   P flip(1.0);
-  if (spec.perpendicular_wrist) {
+  if (perpendicular) {
     // the second root is the first one turned by half a turn: computed once, flipped at the end
     middle = {z.z * P(-1.0 / (sa * sb)), across};
     flip = sign;
@@ -237,13 +238,18 @@ KINVERSE_INLINE Wrist<P> solve_wrist(const ClosedFormSpec& spec, Context& contex
   // third column as seen from behind the first joint
   P ix = P(sb) * middle.s, iy = P(-ca * sb) * middle.c - P(sa * spec.cos_alpha[i + 1]);
   P c = z.x * ix + z.y * iy, s = z.y * ix - z.x * iy;
-  context.direction(c, s, across2, 3);
+  context.direction(c, s, across2, slot);
   Vec3<P> rest = turn_x(turn_z(x, c, -s), P(ca), P(-sa));
   rest = turn_x(turn_z(rest, middle.c, -middle.s), P(spec.cos_alpha[i + 1]), P(-sb));
   P half_turn = half_turn_if_negative(flip);
   return {{flip * c, flip * s},
           {context.angle(s, c) + half_turn, flip * context.angle(middle.s, middle.c),
            context.angle(rest.y, rest.x) + half_turn}};
+}
+
+template <class P, class Context>
+KINVERSE_INLINE Wrist<P> solve_wrist(const ClosedFormSpec& spec, Context& context, int i, Vec3<P> x, Vec3<P> z, P sign) {
+  return solve_wrist(spec, context, i, x, z, sign, spec.perpendicular_wrist, 3);
 }
 
 // Two joints that turn a hand: z column from the first, x column from the second.

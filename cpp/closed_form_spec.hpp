@@ -27,14 +27,33 @@ struct ClosedFormSpec {
   int dof;
   int branches;
   double size;  // sum of the lengths: what "close to zero" is measured against
-  double a[6], d[6], alpha[6], cos_alpha[6], sin_alpha[6];
+  double a[7], d[7], alpha[7], cos_alpha[7], sin_alpha[7];
   double base_inverse[12], tool_inverse[12];
-  int joint[6];
-  double sign[6], offset[6];
+  int joint[7];
+  double sign[7], offset[7];
   // most that this form's forward kinematics differs from the chain's [m, rad]
   double position_deviation, rotation_deviation;
 };
 
 constexpr int MAX_BRANCHES = 8;
+
+// What parametrises the solutions of an arm with seven joints.
+enum class FreeParameter : int { first_joint, last_joint, arm_angle };
+
+// Seven revolute joints, one degree of freedom too many. With an end joint held, what remains is an arm
+// of six joints that does not depend on the value: only its target does. With the arm angle held (axes
+// 1, 2, 3 meet, axes 5, 6, 7 meet) `form` has seven rows, read as a shoulder, an elbow and a hand.
+struct RedundantSpec {
+  ClosedFormSpec form;
+  FreeParameter parameter;
+  // end joint: inverses of the fixed transforms before and behind it, its multiplier is 1
+  double before_inverse[12], behind_inverse[12];
+  // arm angle: whether the shoulder's axes stand at right angles, and the side the elbow is on
+  bool perpendicular_shoulder;
+  double elbow_side;
+  // the values the parameter may take; round: its ends are one value
+  double low, high;
+  bool round;
+};
 
 }  // namespace kinverse

@@ -21,25 +21,16 @@ struct Member {
 
 double error(const Candidate& c) { return std::max(c.position_error, c.rotation_error); }
 
-// The branch in lane `lane` of a pack of poses.
-Candidate candidate_from(const BranchBlock& block, int dof, int branch, int lane) {
-  auto bit = [&](const unsigned* bits) { return (bits[branch] >> lane & 1u) != 0; };
-  Candidate c{{}, block.value[branch][dof][lane], block.value[branch][dof + 1][lane], branch, bit(block.inside),
-              bit(block.verified)};
-  for (int j = 0; j < dof; ++j) c.q.push_back(block.value[branch][j][lane]);
-  return c;
-}
-
 class Search {
  public:
-  Search(const ClosedFormCall& call, const double* T, const std::vector<double>& reference)
-      : call_(call), T_(T), reference_(reference) {}
+  Search(const ContinuumProblem& problem, const std::vector<double>& reference)
+      : problem_(problem), reference_(reference) {}
 
   bool better(const Candidate& a, const Candidate& b) const {
     if (a.verified != b.verified) return a.verified;
     if (!a.verified) return error(a) < error(b);
-    if (exact(a) != exact(b)) return exact(a);
-    if (call_.tolerances.hold_limits && !(a.inside && b.inside)) {
+    if (a.exact != b.exact) return a.exact;
+    if (problem_.hold_limits && !(a.inside && b.inside)) {
       const double outside_a = outside(a), outside_b = outside(b);
       if (outside_a != outside_b) return outside_a < outside_b;
     }
@@ -48,26 +39,22 @@ class Search {
 
   // result[sample][branch]
   std::vector<std::vector<Member>> evaluate(const std::vector<Angles>& samples) const {
-    const int lanes = call_.kernels.lanes;
+    const size_t lanes = static_cast<size_t>(problem_.lanes);
     std::vector<std::vector<Member>> result(samples.size());
-    BranchBlock block;
-    for (size_t first = 0; first < samples.size(); first += static_cast<size_t>(lanes)) {
+    std::vector<Candidate> of_lane[WIDEST];
+    for (size_t first = 0; first < samples.size(); first += lanes) {
       FreeDirections free{};
-      const double *rows[WIDEST], *references[WIDEST];
-      for (int l = 0; l < lanes; ++l) {
-        const Angles& a = samples[std::min(first + static_cast<size_t>(l), samples.size() - 1)];
-        rows[l] = T_;
-        references[l] = reference_.data();
+      for (size_t l = 0; l < lanes; ++l) {
+        const Angles& a = samples[std::min(first + l, samples.size() - 1)];
         for (size_t slot = 0; slot < SLOTS; ++slot) {
           free.cosine[slot][l] = std::cos(a[slot]);
           free.sine[slot][l] = std::sin(a[slot]);
         }
       }
-      call_.kernels.closed_form_poses(call_.chain, call_.spec, call_.tolerances, rows, references, &free, block);
-      for (size_t l = 0; l < static_cast<size_t>(lanes) && first + l < samples.size(); ++l)
-        for (int b = 0; b < call_.spec.branches; ++b)
-          result[first + l].push_back(
-              {candidate_from(block, call_.spec.dof, b, static_cast<int>(l)), samples[first + l]});
+      const size_t used = std::min(lanes, samples.size() - first);
+      problem_.evaluate(free, static_cast<int>(used), of_lane);
+      for (size_t l = 0; l < used; ++l)
+        for (Candidate& c : of_lane[l]) result[first + l].push_back({std::move(c), samples[first + l]});
     }
     return result;
   }
@@ -91,16 +78,11 @@ class Search {
   }
 
  private:
-  bool exact(const Candidate& c) const {
-    return c.position_error <= call_.tolerances.exact_position && c.rotation_error <= call_.tolerances.exact_rotation;
-  }
   // how far the worst joint is outside its limits
   double outside(const Candidate& c) const {
     double largest = 0.0;
-    for (int j = 0; j < call_.chain.dof; ++j) {
-      const double q = c.q[static_cast<size_t>(j)];
-      largest = std::max({largest, call_.chain.lower[j] - q, q - call_.chain.upper[j]});
-    }
+    for (size_t j = 0; j < c.q.size(); ++j)
+      largest = std::max({largest, problem_.chain.lower[j] - c.q[j], c.q[j] - problem_.chain.upper[j]});
     return largest;
   }
   double miss(const Candidate& c) const {
@@ -109,14 +91,13 @@ class Search {
     return largest;
   }
 
-  const ClosedFormCall& call_;
-  const double* T_;
+  const ContinuumProblem& problem_;
   const std::vector<double>& reference_;
 };
 
 }  // namespace
 
-std::vector<Candidate> representatives(const ClosedFormCall& call, const double* T, const std::vector<double>& reference,
+std::vector<Candidate> representatives(const ContinuumProblem& problem, const std::vector<double>& reference,
                                        unsigned slots) {
   // one free angle: evenly round the circle; several: the R_3 low-discrepancy sequence
   const double stride[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
@@ -129,10 +110,10 @@ std::vector<Candidate> representatives(const ClosedFormCall& call, const double*
         samples[static_cast<size_t>(k)][slot] =
             TWO_PI * (one_slot ? k / double(COARSE) : std::fmod(0.5 + k * stride[rank++ % 3], 1.0));
   }
-  const Search search(call, T, reference);
+  const Search search(problem, reference);
   const auto ring = search.evaluate(samples);
   std::vector<Candidate> found;
-  for (int b = 0; b < call.spec.branches; ++b) {
+  for (int b = 0; b < problem.branches; ++b) {
     auto member = [&](size_t k) -> const Member& { return ring[k % COARSE][static_cast<size_t>(b)]; };
     size_t best = 0;
     for (size_t k = 1; k < COARSE; ++k)

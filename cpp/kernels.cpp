@@ -10,6 +10,12 @@ namespace kinverse::KINVERSE_ISA {
 void least_squares_lanes(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
                          const LeastSquaresOutput& out);
 
+// redundant_kernel.cpp
+void redundant_lanes(const Chain& chain, const RedundantSpec& spec, const Tolerances& tolerances, const double* const* T,
+                     const double* parameter, const double* const* reference, const FreeDirections* free,
+                     RedundantBlock& block);
+bool redundant_unreachable(const RedundantSpec& spec, const Tolerances& tolerances, const double* T);
+
 namespace {
 
 // Rows of joint values, lane l from configuration first + l; the tail repeats the last one, so that
@@ -125,7 +131,7 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
     inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
-    general_6r_pose, general_6r_polish, least_squares_lanes,
+    general_6r_pose, general_6r_polish, redundant_lanes, redundant_unreachable, least_squares_lanes,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

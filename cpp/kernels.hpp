@@ -35,6 +35,17 @@ struct BranchBlock {
   unsigned free_slot[FREE_SLOTS]; // a free direction was chosen in this slot
 };
 
+// Seven joints, the lanes hold pairs of a pose and a value of the free parameter. `margin` [rad] is how
+// far inside the limits a branch is; far below zero, and the lower the worse, where it misses the pose.
+struct RedundantBlock {
+  alignas(64) double value[MAX_BRANCHES][9][WIDEST];
+  alignas(64) double margin[MAX_BRANCHES][WIDEST];
+  unsigned exact[MAX_BRANCHES];
+  unsigned verified[MAX_BRANCHES];
+  unsigned inside[MAX_BRANCHES];
+  unsigned near, stretched, singular, singular_slots;  // stretched: the elbow's two branches are one
+};
+
 // Directions for the vectors that vanish in a singular pose, one set per lane.
 struct FreeDirections {
   alignas(64) double cosine[FREE_SLOTS][WIDEST], sine[FREE_SLOTS][WIDEST];
@@ -68,6 +79,12 @@ struct Kernels {
   // the same from up to MAX_ROOTS given starts (count, 6); lengths in units of `size`
   void (*general_6r_polish)(const Chain& chain, double size, const Tolerances& tolerances, const double* T,
                             const double* reference, const double* starts, int count, RootBlock& block);
+  // `lanes` pairs of a pose and a parameter at once, for an arm with seven joints
+  void (*redundant)(const Chain& chain, const RedundantSpec& spec, const Tolerances& tolerances, const double* const* T,
+                    const double* parameter, const double* const* reference, const FreeDirections* free,
+                    RedundantBlock& block);
+  // whether no joint values at all meet the tolerances, whatever the parameter
+  bool (*redundant_unreachable)(const RedundantSpec& spec, const Tolerances& tolerances, const double* T);
   // `count` poses by nonlinear least squares (least_squares.hpp)
   void (*least_squares)(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
                         const LeastSquaresOutput& out);

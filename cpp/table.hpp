@@ -111,16 +111,27 @@ class Table {
     best_position_error.push(s.position_error);
     best_rotation_error.push(s.rotation_error);
   }
+  // a range of the free parameter of the pose that is open
+  void add_interval(int of_branch, double low, double high) {
+    interval_pose.push(status.size());
+    interval_branch.push(of_branch);
+    interval_low.push(low);
+    interval_high.push(high);
+  }
   // Another table's poses behind these.
   void append(const Table& other) {
     for (long k = 0; k < other.pose_index.size(); ++k) pose_index.push(other.pose_index[k] + poses());
     for (long k = 0; k < other.best_pose.size(); ++k) best_pose.push(other.best_pose[k] + poses());
+    for (long k = 0; k < other.interval_pose.size(); ++k) interval_pose.push(other.interval_pose[k] + poses());
     auto join = [](auto& to, const auto& from) { to.append(from.data(), from.size()); };
     join(q, other.q);
     join(position_error, other.position_error);
     join(rotation_error, other.rotation_error);
     join(branch, other.branch);
     join(count, other.count);
+    join(interval_branch, other.interval_branch);
+    join(interval_low, other.interval_low);
+    join(interval_high, other.interval_high);
     join(best_q, other.best_q);
     join(best_position_error, other.best_position_error);
     join(best_rotation_error, other.best_rotation_error);
@@ -133,9 +144,10 @@ class Table {
   }
 
   Buffer<double> q, position_error, rotation_error, best_q, best_position_error, best_rotation_error;
-  Buffer<std::int64_t> pose_index, count, best_pose;
+  Buffer<double> interval_low, interval_high;
+  Buffer<std::int64_t> pose_index, count, best_pose, interval_pose;
   Buffer<std::int64_t> evaluations;  // per pose; empty: evaluations_each for every pose
-  Buffer<std::int32_t> branch;
+  Buffer<std::int32_t> branch, interval_branch;
   Buffer<std::uint8_t> status, singular;
   std::vector<std::pair<std::string, Buffer<std::int64_t>>> columns;  // what a method counts besides
   std::vector<std::pair<std::string, Buffer<double>>> measures;       // and what it measures

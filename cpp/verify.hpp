@@ -33,6 +33,7 @@ struct Candidate {
   int branch;
   bool inside, verified;
   bool may_repeat = true;  // may be the same solution as an earlier candidate
+  bool exact = false;      // no more off than rounding explains
 };
 
 // What else is known of a pose when its candidates are judged.

@@ -69,6 +69,8 @@ BESIDE = {
 SOLVER_RANKS = {
     "_base": 0,
     "families": 0,
+    "held": 0.3,
+    "redundant": 0.6,
     "compose": 2,
     "registry": 3,
     "__init__": 4,

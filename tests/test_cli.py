@@ -68,7 +68,7 @@ def test_info_shows_limits_in_the_unit_asked_for(capsys):
     assert np.allclose(told["limits"][0], np.degrees(robot.limits[0]))
     assert np.allclose(told["limits"][2], robot.limits[2])  # a slide stays in metres
     code, out, _ = run(capsys, "info", "panda")
-    assert code == 0 and "closed form: no" in out and "source:" in out
+    assert code == 0 and "closed form: yes, at a value of panda_joint7" in out and "source:" in out
 
 
 def test_fk_is_the_robots_own(capsys):
@@ -273,7 +273,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
     code, out, _ = run(capsys, "compare", "kr16", "--poses", 20)
     assert code == 0 and "analytic" in out and "numerical" in out
     assert max(map(len, out.splitlines())) <= 80
-    code, out, _ = run(capsys, "compare", "panda", "--poses", 20, "--json")
+    code, out, _ = run(capsys, "compare", "ir361", "--poses", 20, "--json")
     rows = {row["solver"]: row for row in json.loads(out)["rows"]}
     assert code == 0
     assert rows["analytic"]["note"] == "NoClosedForm" and rows["numerical"]["solved"] == 100.0
@@ -290,12 +290,13 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr17", *POSE], "kr16"),
         (["solve", "kr16", *POSE, "--solver", "magic"], "analytic"),
         (["solve", "kr16", *POSE, "--task", "half"], "position_axis"),
-        (["solve", "panda", *POSE, "--solver", "analytic"], "panda"),
+        (["solve", "ir361", *POSE, "--solver", "analytic"], "ir361"),
         (["solve", "kr16", *POSE, "--q-seed", "1"], "--q-seed needs 6"),
         (["solve", "kr16", *POSE, "--out", "x.txt"], ".csv or .json"),
         (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),
         (["solve", "kr16", "--poses", "nosuch.csv"], "error: no such file: nosuch.csv"),
         (["solve", "kr16", "--poses", "x.csv", "--on-error", "x"], "on-error': 'x' is not one of"),
+        (["fk", "kr16", "--q", "a", "b"], "(a b); --pose, --q, --q-seed take numbers"),
         (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),
         (["solve", "kr16", *POSE, "--tip", "a"], "--base and --tip choose"),
         (["solve", "kr16", "--matrix", "nosuch.npy"], "nosuch.npy"),
@@ -311,6 +312,20 @@ def test_compare_prints_a_row_for_each_solver(capsys):
 )
 def test_bad_input_is_one_line_and_status_2(capsys, argv, says):
     assert says in refused(capsys, *argv)
+
+
+def test_a_chain_is_chosen_by_options(capsys, tmp_path):
+    path = tmp_path / "fork.urdf"
+    joints = "".join(
+        f'<joint name="to_{tip}" type="revolute"><parent link="a"/><child link="{tip}"/>'
+        '<axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint><link name="{tip}"/>'.replace(
+            "{tip}", tip
+        )
+        for tip in "bc"
+    )
+    path.write_text(f'<robot name="fork"><link name="a"/>{joints}</robot>', encoding="utf-8")
+    assert "choose one with --tip" in refused(capsys, "info", path)
+    assert run(capsys, "info", path, "--tip", "b")[0] == 0
 
 
 def test_no_arguments_show_the_help(capsys):

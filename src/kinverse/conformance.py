@@ -17,7 +17,7 @@ from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.solutions import Solutions, Status
 from kinverse.solvers._base import Solver
-from kinverse.table import PER_POSE, PER_SOLUTION
+from kinverse.table import PER_INTERVAL, PER_POSE, PER_SOLUTION
 
 __all__ = ["CHECKS", "Case", "check_solver", "make_case", "widened"]
 
@@ -393,7 +393,7 @@ def _raises(
 
 
 def _same_bits(one: Solutions, other: Solutions, where: str) -> None:
-    for name in PER_SOLUTION + PER_POSE:
+    for name in PER_SOLUTION + PER_POSE + PER_INTERVAL:
         a, b = getattr(one._table, name), getattr(other._table, name)
         same = a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
         _hold(same, f"{name} differs {where}")

@@ -23,6 +23,7 @@ from kinverse.regional import RegionalStructure, regional_structure
 from kinverse.robot import Robot
 from kinverse.singularities import Singularity, seven_joint_singularity, singularities
 from kinverse.solvers.families import ClosedFormSpec, closed_form_spec
+from kinverse.solvers.redundant import ARM_ANGLE, redundant_form
 from kinverse.solvers.registry import AUTO_CLOSED_FORM_DOF
 
 __all__ = ["RobotClass", "robot_class"]
@@ -46,6 +47,8 @@ class RobotClass:
         name: the robot's name.
         family: the closed form's family in words, or None.
         why_no_family: the reason where there is none.
+        free_parameter: what ``Analytic`` holds to give every branch of a seven-joint arm: "the arm
+            angle" or a joint's name; None where there is no such form.
         auto: the solver that "auto" asks first for a full pose.
         pairs: neighbouring axes.
         meetings: three neighbouring axes through one point.
@@ -66,6 +69,7 @@ class RobotClass:
     name: str
     family: str | None
     why_no_family: str
+    free_parameter: str | None
     auto: str
     pairs: tuple[AxisPair, ...]
     meetings: tuple[AxisMeeting, ...]
@@ -104,6 +108,7 @@ def robot_class(robot: Robot) -> RobotClass:
         name=robot.name,
         family=_family(spec) if spec else None,
         why_no_family=reason,
+        free_parameter=_free_parameter(robot),
         auto="Analytic" if spec and robot.dof <= AUTO_CLOSED_FORM_DOF else "Numerical",
         pairs=axis_pairs(lines, robot.kinds),
         meetings=meetings,
@@ -126,6 +131,16 @@ def _spec(robot: Robot) -> tuple[ClosedFormSpec | None, str]:
         return closed_form_spec(robot), ""
     except NoClosedForm as reason:
         return None, str(reason)
+
+
+def _free_parameter(robot: Robot) -> str | None:
+    if robot.dof != 7:
+        return None
+    try:
+        held = redundant_form(robot, None).redundancy
+    except NoClosedForm:
+        return None
+    return "the arm angle" if held == ARM_ANGLE else robot.joint_names[int(held)]
 
 
 def _family(spec: ClosedFormSpec) -> str:

@@ -32,7 +32,14 @@ class Origin(NamedTuple):
 
 
 class Intervals(NamedTuple):
-    """Ranges of the free joint of a redundant arm: each row one interval of one branch."""
+    """Where solutions of a redundant arm are: each row a range of its free parameter, one branch.
+
+    Everywhere from ``low`` to ``high`` the branch solves the pose inside the limits, beyond them
+    it does not (to about 1e-9 rad), unless that is where the parameter's own range ends. Rows are
+    grouped by pose, then by branch, and ascend. A parameter that turns round (an arm angle) has
+    ``low`` in its first turn; ``high`` may lie beyond it. A branch of -1 stands for any: the roots
+    of a general arm have no lasting numbers.
+    """
 
     pose_index: Ints
     branch: NDArray[np.int32]
@@ -176,9 +183,13 @@ class Solutions:
 
     @property
     def intervals(self) -> Intervals:
-        """Intervals of the free joint of a redundant arm; empty for solvers that give none."""
-        none = np.empty(0)
-        return Intervals(np.empty(0, np.int64), np.empty(0, np.int32), none, none)
+        """Where solutions of a redundant arm are; empty for solvers that give none.
+
+        ``filter`` and ``select`` leave them as they are: they tell where solutions lie, not which
+        were kept.
+        """
+        t = self._table
+        return Intervals(t.interval_pose, t.interval_branch, t.interval_low, t.interval_high)
 
     @property
     def robot(self) -> "Robot":

@@ -1,7 +1,7 @@
 """The bare arrays behind ``Solutions``: M solution rows grouped by pose, N pose rows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kinverse.status import Status
 
 __all__ = [
+    "PER_INTERVAL",
     "PER_POSE",
     "PER_SOLUTION",
     "Table",
@@ -26,6 +27,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 PER_SOLUTION = ("q", "pose_index", "position_error", "rotation_error", "branch")
+PER_INTERVAL = ("interval_pose", "interval_branch", "interval_low", "interval_high")
 PER_POSE = (
     "status",
     "count",
@@ -103,6 +105,22 @@ class TableLike(Protocol):
     def best_rotation_error(self) -> Array:
         """(N,) [rad]."""
 
+    @property
+    def interval_pose(self) -> Ints:
+        """(K,) ascending."""
+
+    @property
+    def interval_branch(self) -> NDArray[np.int32]:
+        """(K,)."""
+
+    @property
+    def interval_low(self) -> Array:
+        """(K,) [rad]."""
+
+    @property
+    def interval_high(self) -> Array:
+        """(K,) [rad]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
@@ -123,9 +141,13 @@ class Table:
     best_q: Array
     best_position_error: Array
     best_rotation_error: Array
+    interval_pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    interval_branch: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    interval_low: Array = field(default_factory=lambda: np.empty(0))
+    interval_high: Array = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        for name in PER_SOLUTION + PER_POSE:
+        for name in PER_SOLUTION + PER_POSE + PER_INTERVAL:
             getattr(self, name).flags.writeable = False
 
 
@@ -138,7 +160,7 @@ def has_not_found(table: TableLike) -> bool:
 
 def replaced(table: TableLike, **changes: NDArray[Any]) -> Table:
     """A copy of a table with some arrays exchanged; the others are shared."""
-    names = PER_SOLUTION + PER_POSE
+    names = PER_SOLUTION + PER_POSE + PER_INTERVAL
     return Table(**{name: changes.get(name, getattr(table, name)) for name in names})
 
 
@@ -148,13 +170,17 @@ def taken(table: TableLike, start: int, stop: int) -> Table:
     arrays = {name: getattr(table, name)[first:last] for name in PER_SOLUTION}
     arrays["pose_index"] = arrays["pose_index"] - start
     arrays |= {name: getattr(table, name)[start:stop] for name in PER_POSE}
+    first, last = np.searchsorted(table.interval_pose, (start, stop))
+    arrays |= {name: getattr(table, name)[first:last] for name in PER_INTERVAL}
+    arrays["interval_pose"] = arrays["interval_pose"] - start
     return Table(**arrays)
 
 
 def kept(table: TableLike, rows: NDArray[Any]) -> Table:
     """Only the solutions in ``rows`` (mask or ascending indices).
 
-    A SOLVED pose that loses its last solution becomes NOT_FOUND.
+    A SOLVED pose that loses its last solution becomes NOT_FOUND. Intervals stay: they tell where
+    solutions are, not which were kept.
     """
     arrays = {name: getattr(table, name)[rows] for name in PER_SOLUTION}
     count = np.bincount(arrays["pose_index"], minlength=len(table.status)).astype(np.int64)
@@ -174,6 +200,11 @@ def merged(parts: Sequence[tuple[TableLike, Ints]], poses: int) -> Table:
     for name in PER_SOLUTION:
         arrays[name] = np.concatenate([getattr(table, name) for table, _ in parts])[order]
     arrays["pose_index"] = index[order]
+    index = np.concatenate([where[table.interval_pose] for table, where in parts])
+    order = np.argsort(index, kind="stable")
+    for name in PER_INTERVAL:
+        arrays[name] = np.concatenate([getattr(table, name) for table, _ in parts])[order]
+    arrays["interval_pose"] = index[order]
     back = np.argsort(np.concatenate([where for _, where in parts]), kind="stable")
     if len(back) != poses:
         raise ValueError(f"parts hold {len(back)} poses, not {poses}")

@@ -14,7 +14,7 @@ from kinverse import kernels
 from kinverse.errors import InputError
 from kinverse.solutions import Origin, Solutions
 from kinverse.status import Status
-from kinverse.table import TableLike, replaced
+from kinverse.table import PER_INTERVAL, TableLike, replaced
 from kinverse.task import Task, as_task
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class Proposal:
             representatives; None: no pose does.
         exact: the error [m, rad] that rounding explains, for methods that are exact: candidates
             with more count only for poses that have none with less.
+        intervals: (K,) arrays pose, branch, low, high: see ``Solutions.intervals``; None: none.
     """
 
     q: Array
@@ -84,6 +85,7 @@ class Proposal:
     evaluations: NDArray[np.int64] | None = None
     singular: NDArray[np.bool_] | None = None
     exact: float = float("inf")
+    intervals: tuple[NDArray[Any], ...] | None = None
 
 
 def verify(
@@ -157,6 +159,11 @@ def verify_table(
     if proposal.evaluations is not None:
         evaluations = _array("evaluations", proposal.evaluations, np.int64, (poses,))
         changes["evaluations"] = evaluations
+    if proposal.intervals is not None:
+        rows = len(proposal.intervals[0])
+        kinds = (np.int64, np.int32, np.float64, np.float64)
+        for name, array, kind in zip(PER_INTERVAL, proposal.intervals, kinds, strict=True):
+            changes[name] = _array(name, array, kind, (rows,))
     return replaced(table, **changes) if changes else table
 
 

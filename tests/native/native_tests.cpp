@@ -9,6 +9,7 @@
 #include "analytic.hpp"
 #include "dispatch.hpp"
 #include "least_squares_setup.hpp"
+#include "redundant.hpp"
 
 namespace kinverse {
 namespace baseline {
@@ -196,6 +197,49 @@ void exercise_least_squares() {
   }
 }
 
+void exercise_seven_joints() {
+  for (int round = 0; round < 40; ++round) {
+    RedundantSpec spec{};
+    spec.parameter = static_cast<FreeParameter>(round % 3);
+    const bool whole = spec.parameter == FreeParameter::arm_angle;
+    ClosedFormSpec& form = spec.form;
+    form.family = round % 2 ? Family::spherical_wrist : Family::three_parallel;
+    form.regional = static_cast<Regional>(round / 5 % 4);
+    form.reversed = round % 4 == 0;
+    form.perpendicular_wrist = round % 5 == 0;
+    form.dof = whole ? 7 : 6;
+    form.branches = 8;
+    form.size = round % 11 == 0 ? 0.0 : 3.0;
+    for (int i = 0; i < form.dof; ++i) {
+      form.a[i] = round % 6 == 0 ? wild(1.0) : uniform(-1, 1);
+      form.d[i] = uniform(-1, 1);
+      form.alpha[i] = round % 7 == 0 ? HUGE_VAL : uniform(-3, 3);
+      form.cos_alpha[i] = std::cos(form.alpha[i]);
+      form.sin_alpha[i] = round % 9 == 0 ? 0.0 : std::sin(form.alpha[i]);
+      form.joint[i] = i + (spec.parameter == FreeParameter::first_joint ? 1 : 0);
+      form.sign[i] = 1.0;
+    }
+    for (double* fixed : {form.base_inverse, form.tool_inverse, spec.before_inverse, spec.behind_inverse})
+      random_rotation(fixed, false);
+    spec.perpendicular_shoulder = round % 4 == 0;
+    spec.elbow_side = 1.0;
+    spec.low = round % 8 == 0 ? 1.0 : -3.0;
+    spec.high = round % 8 == 0 ? 1.0 : 3.0;
+    spec.round = round % 2;
+    const Redundant redundant(random_chain(7, false), spec, 1e-9);
+    const long count = 1 + static_cast<long>(generator() % 5);
+    const auto T = poses(count, round % 3 == 0);
+    const auto seeds = numbers(static_cast<size_t>(7 * count), false);
+    const auto values = numbers(static_cast<size_t>(count), round % 5 == 0);
+    Choice choice;
+    choice.tol_position = choice.tol_rotation = round % 2 ? 1e-6 : 100.0;
+    choice.hold_limits = round % 4 != 0;
+    const Seeds seed_rows = round % 3 ? Seeds{seeds.data(), false} : Seeds{};
+    if (redundant.solve(T.data(), count, seed_rows, choice).poses() != count) std::abort();
+    if (redundant.solve_at(T.data(), values.data(), count, seed_rows, choice).poses() != count) std::abort();
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -213,6 +257,7 @@ int main() {
     exercise_verification();
     exercise_closed_forms();
     exercise_least_squares();
+    exercise_seven_joints();
   }
   set_thread_count(2);
   exercise_closed_forms();

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from kinverse.cli._args import join_numbers
+from kinverse.cli._args import LISTS, join_numbers
 from kinverse.cli.compare import compare
 from kinverse.cli.fk import fk
 from kinverse.cli.info import info
@@ -66,7 +66,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = app(arguments or ["--help"], prog_name="kinverse", standalone_mode=False)
     except typer.TyperException as error:
-        return _refuse(error.format_message().replace("Value error, ", ""))
+        said = error.format_message().replace("Value error, ", "")
+        if "extra argument" in said and any(word.startswith(LISTS) for word in arguments):
+            said += f"; {', '.join(LISTS)} take numbers"
+        return _refuse(said)
     except KinverseError as error:
         # the library's words for two arguments are options here
         said = re.sub(r"\b(base|tip)=", r"--\1 ", str(error))

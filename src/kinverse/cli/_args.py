@@ -10,6 +10,7 @@ import typer
 from kinverse.errors import InputError
 
 __all__ = [
+    "LISTS",
     "Base",
     "Degrees",
     "Json",

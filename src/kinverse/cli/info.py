@@ -30,6 +30,8 @@ def info(
     high = joint_values(arm, arm.limits[:, 1], degrees)
     kind = robot_class(arm)
     closed_form = f"yes: {kind.family}" if kind.family else f"no: {kind.why_no_family}"
+    if kind.free_parameter:
+        closed_form = f"yes, at a value of {kind.free_parameter}"
     if json:
         answer: dict[str, Any] = {
             "name": arm.name,

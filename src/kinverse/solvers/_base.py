@@ -253,9 +253,11 @@ class Solver:
             table = self._fused(T, q_seed, seed)
             if table is not None:
                 return table
-        proposal = self._propose(T, q_seed, seed)
-        task = self._origin.task
-        return verify_table(self.robot_, task, T, proposal, q_seed, self.settings_)
+        return self._verified(T, self._propose(T, q_seed, seed), q_seed)
+
+    def _verified(self, T: Array, proposal: Proposal, q_seed: Array | None) -> TableLike:
+        """What holds of a proposal, measured on the robot as given."""
+        return verify_table(self.robot_, self._origin.task, T, proposal, q_seed, self.settings_)
 
     def _solutions(self, table: TableLike) -> Solutions:
         """A verified native table as the answer of a method beside ``solve``."""

@@ -1,15 +1,22 @@
 """Closed forms: every branch of every pose, in one native call."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from kinverse import kernels
-from kinverse.errors import NoClosedForm
-from kinverse.robot import Robot
+from kinverse import kernels, se3
+from kinverse.errors import InputError, NoClosedForm
+from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver
 from kinverse.solvers.families import ClosedFormSpec, Family, closed_form_spec
+from kinverse.solvers.held import HeldJoint
+from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
+from kinverse.status import Status
+from kinverse.table import PER_INTERVAL, TableLike
+
+if TYPE_CHECKING:
+    from kinverse.solutions import Solutions
 
 __all__ = ["Analytic"]
 
@@ -34,15 +41,34 @@ class Analytic(Solver):
     ``stats.singular`` tells. UNREACHABLE is shown by interval arithmetic over all poses within
     the tolerances.
 
+    Arms with seven revolute joints have a free parameter: a joint, or the arm angle where shoulder
+    and wrist are spherical (the angle of the elbow about the line from shoulder to wrist, 0 in the
+    plane of axis 1 and that line, on the side axis 1 points to). ``solve_at`` gives every branch at
+    a value of it; ``solve`` sweeps it and returns every range in which a branch exists inside the
+    limits (``intervals``), with the solution in its middle, or the nearest to ``q_seed``. The sweep
+    is a search: ranges narrower than its step are found where the limit violation descends to
+    them. A pose without any is UNREACHABLE where interval arithmetic shows it, OUT_OF_LIMITS where
+    the sweep finds solutions and all miss the limits by more than 0.02 rad, else NOT_FOUND.
+    Holding an inner joint leaves another arm for each value, made when the value is met: a
+    thousand times slower; its sweep, and that of an end joint before a general arm, looks at 64
+    values, bisects to 1e-6 rad and does not descend to narrower ranges.
+
     Args:
         task: "pose".
+        redundancy: for arms with seven joints: the joint (index or name) or "arm_angle" that
+            parametrises the solutions; None chooses the arm angle, else the last or the first
+            joint, else an inner one, and keeps it in ``redundancy_``.
         tol_position: largest position error [m].
         tol_rotation: largest rotation error [rad].
         windings: "nearest" or "all".
         limits: "hold" or "ignore".
 
+    Attributes:
+        redundancy_: index of the joint, or "arm_angle"; None below seven joints.
+
     Raises:
         NoClosedForm: at ``fit``, if no family fits the robot or the task.
+        InputError: at ``fit``, a redundancy that the robot does not have.
 
     Example:
         >>> solver = kv.Analytic().fit(kv.load("kr16"))
@@ -50,17 +76,21 @@ class Analytic(Solver):
     """
 
     spec_: ClosedFormSpec
+    redundancy_: int | str | None
+    redundant_form_: RedundantForm | None
 
     def __init__(
         self,
         *,
         task: str = "pose",
+        redundancy: int | str | None = None,
         tol_position: float = 1e-6,
         tol_rotation: float = 1e-6,
         windings: str = "nearest",
         limits: str = "hold",
     ) -> None:
         self.task = task
+        self.redundancy = redundancy
         self.tol_position = tol_position
         self.tol_rotation = tol_rotation
         self.windings = windings
@@ -72,10 +102,24 @@ class Analytic(Solver):
                 f"no closed form for task {self.settings_.task!r}: Analytic solves 'pose';"
                 " use Numerical"
             )
+        self.redundancy_ = self.redundant_form_ = None
+        if robot.dof == 7:
+            form = self.redundant_form_ = redundant_form(robot, self.redundancy)
+            self.redundancy_ = form.redundancy
+            self.branch_labels_ = form.branch_labels
+            return
+        if self.redundancy is not None:
+            raise InputError(
+                f"redundancy={self.redundancy!r}: only arms with seven joints have a free"
+                f" parameter, {robot.name} has {robot.dof} joints"
+            )
         self.spec_ = closed_form_spec(robot)
         self.branch_labels_ = self.spec_.branch_labels
 
     def _bind(self) -> None:
+        if self.redundant_form_ is not None:
+            self._bind_redundant(self.redundant_form_)
+            return
         spec, settings = self.spec_, self.settings_
         tolerances = (
             float(settings.tol_position),
@@ -98,14 +142,13 @@ class Analytic(Solver):
     def _special_form(self, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
         links = spec.links
-        alpha = np.arctan2(links.sin_alpha, links.cos_alpha)
         return kernels.ClosedForm(
             self.robot_.chain,
             int(spec.family),
             int(spec.regional),
             spec.is_reversed,
             spec.perpendicular_wrist,
-            np.column_stack([links.a, links.d, alpha, links.cos_alpha, links.sin_alpha]),
+            _rows(spec),
             np.linalg.inv(links.base),
             np.linalg.inv(links.tool),
             spec.joint,
@@ -115,7 +158,156 @@ class Analytic(Solver):
             spec.deviation(self.robot_),
         )
 
+    def _bind_redundant(self, form: RedundantForm) -> None:
+        robot, settings, spec = self.robot_, self.settings_, form.spec
+        ignore = settings.limits == "ignore"
+        low, high, is_round = _range(robot, form, ignore)
+        self._held: HeldJoint | None = None
+        if spec is None or form.parameter is None:
+            joint = int(form.redundancy)
+            make = Analytic(
+                tol_position=settings.tol_position,
+                tol_rotation=settings.tol_rotation,
+                limits=settings.limits,
+            )
+            self._held = HeldJoint(robot, joint, (low, high), make, form.lasting)
+            return
+        links, first = spec.links, form.redundancy == 0
+        self._form = kernels.Redundant(
+            robot.chain,
+            form.parameter,
+            int(spec.family),
+            int(spec.regional),
+            spec.is_reversed,
+            form.perpendicular[1] if form.redundancy == ARM_ANGLE else spec.perpendicular_wrist,
+            form.perpendicular[0],
+            _rows(spec),
+            np.linalg.inv(links.base),
+            np.linalg.inv(links.tool),
+            (spec.joint + (1 if first else 0)).astype(np.int32),
+            links.sign,
+            links.offset,
+            np.linalg.inv(form.before),
+            np.linalg.inv(form.behind),
+            form.elbow_side,
+            low,
+            high,
+            is_round,
+            float(settings.tol_position),
+            float(settings.tol_rotation),
+            ignore,
+            EXACT * max(1.0, spec.size),
+        )
+        if settings.windings == "nearest":
+            self._fused = self._form.solve
+
+    def solve_at(
+        self, T: ArrayLike, value: ArrayLike, q_seed: ArrayLike | None = None
+    ) -> "Solutions":
+        """Every branch at a value of the free parameter of an arm with seven joints.
+
+        A pose without a solution at its value is NOT_FOUND, or UNREACHABLE where it is shown that
+        no value has one.
+
+        Args:
+            T: (4, 4) or (N, 4, 4), tool in base [m].
+            value: one value [rad] for all poses, or (N,); with one pose also (K,) values for it.
+            q_seed: (7,) or (N, 7) joint values [rad] to be near to.
+
+        Returns:
+            ``Solutions`` of length N, or K.
+
+        Raises:
+            InputError: not fitted, no free parameter, or a value outside the joint's limits.
+
+        Example:
+            >>> solver = kv.Analytic().fit(kv.load("iiwa14"))
+            >>> solver.solve_at(T, 0.3).count
+        """
+        form = self._redundant("solve_at")
+        values = self._checked_values(form, value)
+        # one native call where T and seed are plain arrays; else they are checked and brought there
+        if self._held is None and getattr(T, "shape", ()) == (len(values), 4, 4):
+            table = self._form.solve_at(T, values, q_seed)
+            if table is not None and self.settings_.windings == "nearest":
+                return self._solutions(table)
+        poses = se3.as_poses(T)
+        count = len(poses) if len(values) == 1 else len(values)
+        if len(poses) not in (1, count):
+            raise InputError(
+                f"{len(poses)} poses need one value or {len(poses)}, got {len(values)}"
+            )
+        poses = np.ascontiguousarray(np.broadcast_to(poses, (count, 4, 4)))
+        values = np.ascontiguousarray(np.broadcast_to(values, (count,)))
+        near = None
+        if q_seed is not None:
+            near = se3.as_joints(q_seed, self.robot_.dof, "q_seed", count=count)
+        if self._held is not None:
+            proposal = self._held.propose_at(poses, values, near)
+        else:
+            table = self._form.solve_at(poses, values, near)
+            if self.settings_.windings == "nearest":
+                return self._solutions(table)
+            proposal = _proposal(table)
+        return self._solutions(self._verified(poses, proposal, near))
+
+    def _checked_values(self, form: RedundantForm, value: ArrayLike) -> Array:
+        values = se3.as_real(value, "value")
+        if values.ndim > 1 or not np.isfinite(values).all():
+            raise InputError(
+                f"value must be finite and of shape () or (N,), got {values.shape}"
+                if values.ndim > 1
+                else "value must be finite"
+            )
+        values = np.ascontiguousarray(values.reshape(-1))
+        if form.redundancy != ARM_ANGLE and self.settings_.limits == "hold":
+            low, high = self.robot_.limits[int(form.redundancy)]
+            outside = np.flatnonzero((values < low - LIMIT_SLACK) | (values > high + LIMIT_SLACK))
+            if len(outside):
+                name = self.robot_.joint_names[int(form.redundancy)]
+                raise InputError(
+                    f"joint {name!r} cannot be held at {values[outside[0]]:g}:"
+                    f" its limits are {low:g} to {high:g}"
+                )
+            values = np.clip(values, low, high)
+        return values
+
+    def redundancy_at(self, q: ArrayLike) -> Array:
+        """The value of the free parameter at joint values.
+
+        Args:
+            q: (..., 7) joint values [rad].
+
+        Returns:
+            (...,) [rad]; an arm angle lies in -pi..pi.
+
+        Raises:
+            InputError: not fitted, or no free parameter.
+
+        Example:
+            >>> solver.solve_at(robot.fk(q), solver.redundancy_at(q), q_seed=q).q[0]
+        """
+        form = self._redundant("redundancy_at")
+        q = se3.as_joints(q, self.robot_.dof)
+        if form.redundancy == ARM_ANGLE:
+            return arm_angle(self.robot_, form, q.reshape(-1, 7)).reshape(q.shape[:-1])
+        return np.array(q[..., int(form.redundancy)])
+
+    def _redundant(self, method: str) -> RedundantForm:
+        if not self.is_fitted:
+            raise InputError("this Analytic is not fitted: call Analytic(...).fit(robot) first")
+        if self.redundant_form_ is None:
+            raise InputError(
+                f"{method} is for arms with seven joints: {self.robot_.name} has"
+                f" {self.robot_.dof} and no free parameter"
+            )
+        return self.redundant_form_
+
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
+        if self.redundant_form_ is not None:
+            if self._held is not None:
+                return self._held.propose(T, q_seed)
+            return _proposal(self._form.solve(T, q_seed))
         q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)
         return Proposal(
             q=q,
@@ -126,3 +318,40 @@ class Analytic(Solver):
             singular=singular,
             exact=self._exact,
         )
+
+
+def _rows(spec: ClosedFormSpec) -> Array:
+    links = spec.links
+    alpha = np.arctan2(links.sin_alpha, links.cos_alpha)
+    return np.column_stack([links.a, links.d, alpha, links.cos_alpha, links.sin_alpha])
+
+
+def _range(robot: Robot, form: RedundantForm, ignore: bool) -> tuple[float, float, bool]:
+    """The values of the free parameter that a sweep covers, and whether they go round."""
+    if form.redundancy == ARM_ANGLE:
+        return -np.pi, np.pi, True
+    low, high = robot.limits[int(form.redundancy)]
+    middle = 0.5 * (low + high)
+    if ignore or high - low > 2 * np.pi + 1e-9:
+        return float(middle - np.pi), float(middle + np.pi), True
+    return float(low), float(high), False
+
+
+def _proposal(table: TableLike) -> Proposal:
+    """A verified table as candidates again, for what only verification can do (all windings)."""
+    # where solutions are all outside the limits, the best one shows it
+    outside = np.flatnonzero(table.status == Status.OUT_OF_LIMITS)
+    index = np.concatenate([table.pose_index, outside])
+    order = np.argsort(index, kind="stable")
+    q = np.concatenate([table.q, table.best_q[outside]])
+    branch = np.concatenate([table.branch, np.full(len(outside), -1, np.int32)])
+    unreachable = table.status == Status.UNREACHABLE
+    return Proposal(
+        q=q[order],
+        pose_index=index[order],
+        branch=branch[order],
+        hint=np.where(unreachable, Status.UNREACHABLE, Status.NOT_FOUND),
+        evaluations=table.evaluations,
+        singular=table.singular,
+        intervals=tuple(getattr(table, name) for name in PER_INTERVAL),
+    )

@@ -114,10 +114,12 @@ class FirstOf(Solver):
         earlier = replaced(
             table,
             pose_index=number[table.pose_index],
+            interval_pose=number[table.interval_pose],
             **{name: getattr(table, name)[closed] for name in PER_POSE},
         )
         branch = np.where(later.branch >= 0, later.branch + labels, -1).astype(np.int32)
         changes: dict[str, NDArray[Any]] = {"branch": branch}
+        changes["interval_branch"] = (later.interval_branch + labels).astype(np.int32)
         changes["evaluations"] = later.evaluations + table.evaluations[open_]
         changes["singular"] = later.singular | table.singular[open_]
         # a pose that stays open keeps the better of its best candidates

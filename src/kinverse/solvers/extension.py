@@ -88,16 +88,15 @@ def _held(robot: Robot) -> Extension:
     n = robot.dof
     best: tuple[int, tuple[int, ...]] = (-1, ())
     for places in combinations(range(6), n):
-        kinds = ["R"] * 6
-        for place, kind in zip(places, robot.kinds, strict=True):
-            kinds[place] = kind
-        turning = sum(kinds[i] == kinds[i + 3] == "R" for i in range(3))
+        sliding = {p for p, kind in zip(places, robot.kinds, strict=True) if kind == "P"}
+        turning = sum(not sliding & {i, i + 3} for i in range(3))
         best = max(best, (min(turning, 2), places), key=lambda entry: entry[0])
     places = best[1]
     rng = np.random.default_rng(n)
     size = float(np.linalg.norm(robot.frames[:, :3, 3], axis=1).sum()) or 1.0
     frames: list[Array] = []
-    kinds, before, real = "", np.eye(4), iter(zip(robot.frames, robot.kinds, strict=False))
+    kinds, real = "", iter(zip(robot.frames, robot.kinds, strict=False))
+    before: Array = np.eye(4)
     limits = np.tile([-np.pi, np.pi], (6, 1))
     limits[list(places)] = robot.limits
     for place in range(6):
@@ -110,7 +109,7 @@ def _held(robot: Robot) -> Extension:
             line = pose(rng.uniform(-0.5, 0.5, 3) * size, rpy=rng.uniform(-2.5, 2.5, 3))
             frames.append(before @ line)
             kinds += "R"
-            before = np.linalg.inv(line)
+            before = np.asarray(np.linalg.inv(line), dtype=np.float64)
     frames.append(before @ robot.frames[n])
     arm = Robot(np.array(frames), kinds, limits, name=f"{robot.name} + {6 - n} held")
     columns = np.array(places)
