@@ -135,7 +135,8 @@ def test_every_catalogue_robot(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("KR-16", "kr16"), ("ur_5", "ur5"), ("puma", "puma560"), ("zzz", "adept_one")]
+    ("name", "hint"),
+    [("KR-16", "kr16"), ("ur_5", "ur5"), ("puma", "puma560"), ("zzz", "adept_one")],
 )
 def test_unknown_names_get_hints(name, hint):
     with pytest.raises(ModelError, match=hint):

@@ -1,7 +1,7 @@
 """Arms and tasks that are no six-joint pose problem, made one by virtual joints.
 
-A closed form solves as many equations as it has joints. Where the arm has fewer joints than the pose
-has components, joints that must stand still are added; where the task leaves components free,
+A closed form solves as many equations as it has joints. Where the arm has fewer joints than the
+pose has components, joints that must stand still are added; where the task leaves components free,
 joints that move exactly these are added, and what they take is dropped.
 """
 
