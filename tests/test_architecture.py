@@ -69,6 +69,7 @@ BESIDE = {
 SOLVER_RANKS = {
     "_base": 0,
     "families": 0,
+    "extension": 0.3,
     "held": 0.3,
     "redundant": 0.6,
     "compose": 2,

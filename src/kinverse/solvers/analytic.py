@@ -9,6 +9,7 @@ from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers.extension import Extension, extended
 from kinverse.solvers.families import ClosedFormSpec, Family, closed_form_spec
 from kinverse.solvers.held import HeldJoint
 from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
@@ -32,14 +33,17 @@ class Analytic(Solver):
 
     Solves arms with a spherical wrist at either end (any shoulder and elbow in which axes 1 and 2,
     or 2 and 3, meet or are parallel), three consecutive parallel axes with axes 5 and 6 meeting
-    (Universal Robots), the 5R arms that lack one axis of these, planar 3R arms and SCARA arms. No
-    two axes need be perpendicular. Sources: Pieper (1968); thesis of Jha (2015), chapter 4, with
-    the corrections of the project's errata.
+    (Universal Robots), the 5R arms that lack one axis of these, planar 3R arms and SCARA arms; no
+    two axes need be perpendicular. Every other chain of six joints, prismatic ones included, by
+    elimination (Raghavan & Roth 1993), and chains of one to five with virtual joints that must
+    stand still. Sources: Pieper (1968); thesis of Jha (2015), chapter 4, with the corrections of
+    the project's errata.
 
     A pose that meets a continuum of solutions (a singular pose) gets, per branch, the member that
     lies inside the limits and nearest to ``q_seed`` (else to their middle), to about 1e-3 rad;
     ``stats.singular`` tells. UNREACHABLE is shown by interval arithmetic over all poses within
-    the tolerances.
+    the tolerances; for arms solved by elimination it rests on the roots found, and is said only
+    where these are clear.
 
     Arms with seven revolute joints have a free parameter: a joint, or the arm angle where shoulder
     and wrist are spherical (the angle of the elbow about the line from shoulder to wrist, 0 in the
@@ -54,7 +58,7 @@ class Analytic(Solver):
     values, bisects to 1e-6 rad and does not descend to narrower ranges.
 
     Args:
-        task: "pose".
+        task: "pose"; "position" with three joints, "position_axis" with five.
         redundancy: for arms with seven joints: the joint (index or name) or "arm_angle" that
             parametrises the solutions; None chooses the arm angle, else the last or the first
             joint, else an inner one, and keeps it in ``redundancy_``.
@@ -78,6 +82,7 @@ class Analytic(Solver):
     spec_: ClosedFormSpec
     redundancy_: int | str | None
     redundant_form_: RedundantForm | None
+    extension_: Extension | None
 
     def __init__(
         self,
@@ -97,13 +102,9 @@ class Analytic(Solver):
         self.limits = limits
 
     def _fit(self, robot: Robot) -> None:
-        if self.settings_.task != "pose":
-            raise NoClosedForm(
-                f"no closed form for task {self.settings_.task!r}: Analytic solves 'pose';"
-                " use Numerical"
-            )
-        self.redundancy_ = self.redundant_form_ = None
-        if robot.dof == 7:
+        task = self.settings_.task
+        self.redundancy_ = self.redundant_form_ = self.extension_ = None
+        if robot.dof == 7 and task == "pose":
             form = self.redundant_form_ = redundant_form(robot, self.redundancy)
             self.redundancy_ = form.redundancy
             self.branch_labels_ = form.branch_labels
@@ -113,37 +114,46 @@ class Analytic(Solver):
                 f"redundancy={self.redundancy!r}: only arms with seven joints have a free"
                 f" parameter, {robot.name} has {robot.dof} joints"
             )
-        self.spec_ = closed_form_spec(robot)
+        try:
+            if task != "pose":
+                raise NoClosedForm(task)
+            self.spec_ = closed_form_spec(robot)
+        except NoClosedForm:
+            if len(robot.kinds) != robot.dof or (task == "pose" and robot.dof >= 6):
+                raise
+            self.extension_ = extended(robot, task)
+            self.spec_ = closed_form_spec(self.extension_.robot)
         self.branch_labels_ = self.spec_.branch_labels
 
     def _bind(self) -> None:
         if self.redundant_form_ is not None:
             self._bind_redundant(self.redundant_form_)
             return
-        spec, settings = self.spec_, self.settings_
+        spec, settings, extension = self.spec_, self.settings_, self.extension_
+        robot = self.robot_ if extension is None else extension.robot
         tolerances = (
             float(settings.tol_position),
             float(settings.tol_rotation),
-            settings.limits == "ignore",
+            settings.limits == "ignore" or extension is not None,
             self._exact,
         )
         self._form: Any
         if spec.family is Family.GENERAL_6R:
-            self._form = kernels.GeneralForm(self.robot_.chain, *tolerances)
+            self._form = kernels.GeneralForm(robot.chain, *tolerances)
         else:
-            self._form = self._special_form(tolerances)
-        if settings.windings == "nearest":
+            self._form = self._special_form(robot, tolerances)
+        if settings.windings == "nearest" and extension is None:
             self._fused = self._form.solve
 
     @property
     def _exact(self) -> float:
         return EXACT * max(1.0, self.spec_.size)
 
-    def _special_form(self, tolerances: tuple[float, float, bool, float]) -> Any:
+    def _special_form(self, robot: Robot, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
         links = spec.links
         return kernels.ClosedForm(
-            self.robot_.chain,
+            robot.chain,
             int(spec.family),
             int(spec.regional),
             spec.is_reversed,
@@ -155,7 +165,7 @@ class Analytic(Solver):
             links.sign,
             links.offset,
             *tolerances,
-            spec.deviation(self.robot_),
+            spec.deviation(robot),
         )
 
     def _bind_redundant(self, form: RedundantForm) -> None:
@@ -308,6 +318,8 @@ class Analytic(Solver):
             if self._held is not None:
                 return self._held.propose(T, q_seed)
             return _proposal(self._form.solve(T, q_seed))
+        if self.extension_ is not None:
+            return self.extension_.propose(self._form, T, self._exact)
         q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)
         return Proposal(
             q=q,

@@ -5,19 +5,26 @@ pose has components, joints that must stand still are added; where the task leav
 joints that move exactly these are added, and what they take is dropped.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import NoClosedForm
+from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.se3 import pose
+from kinverse.solvers._base import Proposal
+from kinverse.status import Status
 
 __all__ = ["STANDING", "Extension", "extended"]
 
 Array = NDArray[np.float64]
+
+CLEAR_GAP = 1e-3
+"""Gap between roots [rad] above which each is sure to be told from its neighbours."""
 
 STANDING = 1e-2
 """A virtual joint [rad] further from rest than this in every solution shows that the arm itself has
@@ -32,11 +39,48 @@ class Extension:
         robot: the arm with virtual joints.
         columns: (n,) which of its joints are the real ones.
         standing: the other joints, which must stand at zero; empty where they are free.
+        turn: (4, 4) rotation added to the targets: a free wrist would be singular at rest.
     """
 
     robot: Robot
     columns: NDArray[np.int64]
     standing: NDArray[np.int64]
+    turn: Array | None = None
+
+    def propose(self, form: Any, T: Array, exact: float) -> Proposal:
+        """Candidates of the real arm: the extended arm's solutions without what is virtual.
+
+        Args:
+            form: the native closed form of the extended arm, limits ignored.
+            T: (N, 4, 4) poses.
+            exact: error that rounding explains [m, rad].
+        """
+        if self.turn is not None:
+            T = np.ascontiguousarray(T @ self.turn)
+        if not len(self.standing):
+            q, index, branch, hint, singular = form.propose(T, None)
+        else:
+            table = form.solve(T, None, 0)
+            q, index, branch, singular = table.q, table.pose_index, table.branch, table.singular
+            hint = np.where(self._shown_unreachable(table), Status.UNREACHABLE, Status.NOT_FOUND)
+        return Proposal(
+            q=np.ascontiguousarray(q[:, self.columns]),
+            pose_index=index,
+            branch=branch,
+            hint=hint.astype(np.uint8),
+            evaluations=np.bincount(index, minlength=len(T)),
+            singular=singular,
+            exact=exact,
+        )
+
+    def _shown_unreachable(self, table: Any) -> NDArray[np.bool_]:
+        """No solution of the extended arm lets its virtual joints stand, on good evidence."""
+        moved = np.abs(np.remainder(table.q[:, self.standing] + np.pi, 2 * np.pi) - np.pi)
+        least = np.full(len(table.status), np.inf)
+        np.minimum.at(least, table.pose_index, moved.max(axis=1, initial=0.0))
+        sound = (table.counter("weak") == 0) & (table.measure("root_gap") > CLEAR_GAP)
+        shown = table.status == Status.UNREACHABLE
+        return np.asarray(shown | (sound & (table.count > 0) & (least > STANDING)))
 
 
 def extended(robot: Robot, task: str) -> Extension:
@@ -57,8 +101,19 @@ def extended(robot: Robot, task: str) -> Extension:
     if task == "pose" and n < 6:
         return _held(robot)
     if task == "position" and n == 3:
-        return _freed(robot, [0.0, np.pi / 2, -np.pi / 2])
+        wrist = _freed(robot, [0.0, np.pi / 2, -np.pi / 2])
+        return replace(wrist, turn=pose([0, 0, 0], rpy=[0.7, -1.1, 0.4]))
     if task == "position_axis" and n == 5:
+        lines = axis_lines(robot.frames, robot.kinds)
+        z, p = lines.T_zero[:3, 2], lines.T_zero[:3, 3]
+        across = np.cross(lines.point[-1] - p, z)
+        tiny = PARALLEL * lines.size
+        if robot.kinds[-1] == "R" and np.linalg.norm(across) < tiny:
+            if np.linalg.norm(np.cross(lines.direction[-1], z)) < PARALLEL:
+                raise NoClosedForm(
+                    f"no closed form for task {task!r}: {robot.joint_names[-1]} turns about the"
+                    " tool's z axis, which the task leaves free; use Numerical"
+                )
         return _freed(robot, [0.0])
     closes = "pose with up to six, position with three, position_axis with five"
     raise NoClosedForm(
