@@ -15,6 +15,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "closed_form": closed_form.complete,
     "singular": closed_form.singular,
     "unreachable": closed_form.unreachable,
+    "general": closed_form.general,
     "closed_form_speed": speed.closed_form,
     "numerical": speed.numerical,
     "follow": speed.follow,
