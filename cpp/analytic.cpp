@@ -95,7 +95,10 @@ class Pass {
   void finish(const double* T, const double* seed, const double* value, long step, const Found& found) {
     const unsigned usable = choice_.hold_limits ? found.exact & found.inside : found.exact;
     if (usable && !found.near && !found.free_slots) {
-      add_sorted(seed, value, step, usable);
+      if (seed)
+        add_sorted(seed, value, step, usable);
+      else
+        table_.add_branches<WIDEST>(value, step, usable);
       table_.end_pose(Status::solved, false);
       return;
     }
@@ -108,16 +111,15 @@ class Pass {
     finish_pose(chain_, choice_, candidates, facts, table_);
   }
 
-  // Distinct branches: by branch, or by their distance to the seed.
+  // Distinct branches by their distance to the seed.
   void add_sorted(const double* seed, const double* value, long step, unsigned usable) {
     int order[MAX_BRANCHES], count = 0;
     double key[MAX_BRANCHES];
     for (int b = 0; b < spec_.branches; ++b) {
       if (!(usable >> b & 1u)) continue;
       double largest = 0.0;
-      if (seed)
-        for (int j = 0; j < chain_.dof; ++j)
-          largest = std::max(largest, std::fabs(value[b * step + j * WIDEST] - seed[j]));
+      for (int j = 0; j < chain_.dof; ++j)
+        largest = std::max(largest, std::fabs(value[b * step + j * WIDEST] - seed[j]));
       int at = count++;
       for (; at > 0 && key[at - 1] > largest; --at) {
         key[at] = key[at - 1];

@@ -32,6 +32,14 @@ std::vector<const Kernels*> available_kernels() {
 
 const Kernels& active_kernels() { return *active().load(std::memory_order_relaxed); }
 
+const Kernels& latency_kernels() {
+  const Kernels& kernels = active_kernels();
+#if defined(KINVERSE_X86)
+  if (&kernels == &avx512::KERNELS) return avx2::KERNELS;
+#endif
+  return kernels;
+}
+
 void set_active_kernels(const std::string& name) {
   std::string known;
   for (const Kernels* kernels : available_kernels()) {

@@ -14,6 +14,9 @@ namespace kinverse {
 // the instruction sets this processor has, narrowest first
 std::vector<const Kernels*> available_kernels();
 const Kernels& active_kernels();
+// For the iterations of a pose or two: four lanes finish them sooner than eight, which cost more a step
+// and mostly run starts that are not needed. Both have fused multiply-adds, so the bits are the same.
+const Kernels& latency_kernels();
 void set_active_kernels(const std::string& name);
 
 int thread_count();

@@ -164,7 +164,8 @@ LeastSquaresOutput Estimate::from(long pose, int dof, int* work) {
 
 void LeastSquares::run(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long poses, Estimate& estimate,
                        long first) const {
-  const Kernels& kernels = active_kernels();
+  constexpr long FEW = 4;
+  const Kernels& kernels = poses < FEW ? latency_kernels() : active_kernels();
   auto work = std::make_unique_for_overwrite<int[]>(static_cast<size_t>(kernels.lanes) * static_cast<size_t>(problem.max_starts));
   kernels.least_squares(problem, in, poses, estimate.from(first, dof(), work.get()));
   if (problem.max_distance == __builtin_inf()) return;

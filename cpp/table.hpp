@@ -95,6 +95,15 @@ class Table {
     branch.push(s.branch);
     ++open_;
   }
+  // Several branches of one pose at once: branch b at value + b * step, joint k (then the two errors) at
+  // k * stride from there; those in `branches`, in order.
+  template <int STRIDE>
+  void add_branches(const double* value, long step, unsigned branches) {
+    if (dof_ == 6)
+      add_branches_of<6, STRIDE>(value, step, branches);
+    else
+      add_branches_of<0, STRIDE>(value, step, branches);
+  }
   void end_pose(Status unsolved, bool is_singular) {
     if (!open_ && unsolved == Status::not_found) ++not_found;
     status.push(static_cast<std::uint8_t>(open_ ? Status::solved : unsolved));
@@ -155,6 +164,32 @@ class Table {
   std::int64_t not_found = 0;  // how many poses have this status
 
  private:
+  template <int DOF, int STRIDE>
+  void add_branches_of(const double* value, long step, unsigned branches) {
+    const int dof = DOF ? DOF : dof_;
+    const long count = __builtin_popcount(branches);
+    double *to = q.reserve(count * dof), *position = position_error.reserve(count), *rotation = rotation_error.reserve(count);
+    std::int64_t* pose = pose_index.reserve(count);
+    std::int32_t* number = branch.reserve(count);
+    const std::int64_t index = status.size();
+    for (; branches; branches &= branches - 1u) {
+      const int b = __builtin_ctz(branches);
+      const double* from = value + b * step;
+      for (int j = 0; j < dof; ++j) to[j] = from[j * STRIDE];
+      to += dof;
+      *position++ = from[dof * STRIDE];
+      *rotation++ = from[(dof + 1) * STRIDE];
+      *pose++ = index;
+      *number++ = b;
+    }
+    q.commit(count * dof);
+    position_error.commit(count);
+    rotation_error.commit(count);
+    pose_index.commit(count);
+    branch.commit(count);
+    open_ += count;
+  }
+
   int dof_;
   std::int64_t open_ = 0;
 };
