@@ -76,8 +76,6 @@ def test_catalogue(name, convention):
 @pytest.mark.parametrize("name", ["panda", "ur5_robot", "ur10e_robot"])
 def test_urdf_arms(name, convention):
     path = models.compas_urdf(name)
-    if not path.exists():
-        pytest.skip("compas-fab is not installed")
     tip = {"panda": "panda_link8"}.get(name, "tool0")
     assert_same_arm(load(str(path), tip=tip), convention)
 

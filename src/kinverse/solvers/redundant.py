@@ -10,6 +10,7 @@ another reference).
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,8 +136,7 @@ def _chosen(robot: Robot) -> RedundantForm:
     if form is not None:
         return form
     candidates: list[Callable[[], RedundantForm]] = [
-        lambda j=joint: _joint_form(robot, j, quadratic=True)  # type: ignore[misc]
-        for joint in reversed(range(DOF))
+        partial(_joint_form, robot, joint, quadratic=True) for joint in reversed(range(DOF))
     ]
     candidates.append(lambda: _joint_form(robot, DOF - 1))
     for candidate in candidates:
