@@ -8,7 +8,8 @@
 Angles are in radians, lengths in metres, poses are (4, 4) arrays of the tool in the base frame.
 """
 
-from kinverse.conformance import check_solver
+import typing
+
 from kinverse.errors import (
     InputError,
     KinverseError,
@@ -24,9 +25,12 @@ from kinverse.se3 import pose
 from kinverse.solutions import Solutions
 from kinverse.solve import solve
 from kinverse.solvers import FirstOf, Proposal, Seeded, Solver, solver_names
-from kinverse.solvers.analytic import Analytic
-from kinverse.solvers.numerical import Numerical
 from kinverse.status import Status
+
+if typing.TYPE_CHECKING:
+    from kinverse.conformance import check_solver
+    from kinverse.solvers.analytic import Analytic
+    from kinverse.solvers.numerical import Numerical
 
 __all__ = [
     "Analytic",
@@ -56,10 +60,27 @@ __all__ = [
 __version__: str
 
 
-def __getattr__(name: str) -> str:
-    # read when asked for: importlib.metadata costs a third of numpy's own import
+# loaded when first asked for, which keeps `import kinverse` near the cost of NumPy's own import
+_LAZY = {
+    "Analytic": "kinverse.solvers.analytic",
+    "Numerical": "kinverse.solvers.numerical",
+    "check_solver": "kinverse.conformance",
+}
+
+
+def __getattr__(name: str) -> typing.Any:
+    if name in _LAZY:
+        from importlib import import_module
+
+        value = globals()[name] = getattr(import_module(_LAZY[name]), name)
+        return value
+    # importlib.metadata costs a third of numpy's own import
     if name == "__version__":
         from importlib.metadata import version
 
         return version("kinverse")
     raise AttributeError(f"module 'kinverse' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -3,15 +3,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse import dh, kernels, se3
-from kinverse.dh_table import DHTable, dh_table
 from kinverse.errors import InputError
-from kinverse.geometry import axis_lines
+
+if TYPE_CHECKING:
+    from kinverse.dh_table import DHTable
 
 __all__ = ["LIMIT_SLACK", "MOST_JOINTS", "MOST_LIMIT", "Robot"]
 
@@ -200,7 +201,7 @@ class Robot:
                 )
         return robot
 
-    def to_dh(self, convention: str = "standard") -> DHTable:
+    def to_dh(self, convention: str = "standard") -> "DHTable":
         """The arm as a table of Denavit-Hartenberg rows, by the geometry of its axes.
 
         Frames are assigned by the five steps of the thesis of Jha (2015), section 4.2.3. Joint
@@ -218,6 +219,9 @@ class Robot:
             >>> table = robot.to_dh("modified")
             >>> same = Robot.from_dh(**table.arguments())
         """
+        from kinverse.dh_table import dh_table
+        from kinverse.geometry import axis_lines
+
         own = np.arange(len(self.kinds), dtype=np.int32)
         if len(own) != self.dof or (self.source != own).any() or (self.multiplier != 1.0).any():
             raise InputError(
