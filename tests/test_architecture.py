@@ -238,9 +238,9 @@ def test_import_takes_at_most_one_and_a_half_times_numpys():
         bare, numpy, own = (statistics.median(times) for times in spent.values())
         return (own - bare) / (numpy - bare)
 
-    # a busy machine disturbs: the budget counts as kept if one of three series keeps it
+    # a busy machine disturbs: the budget counts as kept if one of eight series keeps it
     ratios = []
-    for _ in range(3):
+    for _ in range(8):
         ratios.append(ratio())
         if ratios[-1] <= 1.5:
             return

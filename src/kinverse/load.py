@@ -1,10 +1,13 @@
 """The verb that makes a robot from a name or a file."""
 
 import os
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from kinverse.errors import InputError, ModelError
 from kinverse.robot import Robot
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = ["load", "names"]
 
@@ -56,6 +59,8 @@ def load(robot: str | os.PathLike[str], base: str | None = None, tip: str | None
         from kinverse.loading.toml import read_toml
 
         return read_toml(data, f"{robot}.toml", robot)
+    from pathlib import Path
+
     path = Path(robot)
     suffix = path.suffix.lower()
     if isinstance(robot, str) and robot.lower() in known and not _exists(path):
@@ -70,7 +75,7 @@ def load(robot: str | os.PathLike[str], base: str | None = None, tip: str | None
     return _from_file(path, suffix, base, tip)
 
 
-def _from_file(path: Path, suffix: str, base: str | None, tip: str | None) -> Robot:
+def _from_file(path: "Path", suffix: str, base: str | None, tip: str | None) -> Robot:
     from kinverse.loading.text import parse_xml, read_bytes
 
     data = read_bytes(path)
@@ -96,7 +101,7 @@ def _from_file(path: Path, suffix: str, base: str | None, tip: str | None) -> Ro
     )
 
 
-def _exists(path: Path) -> bool:
+def _exists(path: "Path") -> bool:
     try:
         return path.exists()
     except (OSError, ValueError):  # a name too long or with a null character

@@ -15,8 +15,7 @@ Names tell what lives how long: settings have plain names; what ``_fit`` learns 
 is pickled; native handles start with ``_``, are made by ``_bind`` and are never pickled.
 """
 
-import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import prod
 from typing import Any, ClassVar, Self, TypeAlias, final
 
@@ -220,7 +219,7 @@ class Solver:
     def __repr__(self) -> str:
         defaults = {
             name: parameter.default
-            for name, parameter in inspect.signature(type(self)).parameters.items()
+            for name, parameter in _parameters(type(self)).items()
         }
         shown = ", ".join(
             f"{name}={value!r}"
@@ -281,8 +280,14 @@ def _is_state(name: str) -> bool:
     return name.startswith("_") or name.endswith("_")
 
 
+def _parameters(cls: type[Solver]) -> Mapping[str, Any]:
+    from inspect import signature  # a tenth of NumPy's own import
+
+    return signature(cls).parameters
+
+
 def _setting_names(cls: type[Solver]) -> tuple[str, ...]:
-    return tuple(inspect.signature(cls).parameters)
+    return tuple(_parameters(cls))
 
 
 def _seed_of(rng: Any) -> int:
