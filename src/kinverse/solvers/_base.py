@@ -15,7 +15,7 @@ Names tell what lives how long: settings have plain names; what ``_fit`` learns 
 is pickled; native handles start with ``_``, are made by ``_bind`` and are never pickled.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import prod
 from typing import Any, ClassVar, Self, TypeAlias, final
 
@@ -26,6 +26,7 @@ from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.ranking import turning
 from kinverse.robot import Robot
+from kinverse.settings import HasSettings
 from kinverse.solutions import Origin, Solutions
 from kinverse.table import TableLike
 from kinverse.task import as_task
@@ -44,7 +45,7 @@ MOST_WINDINGS = 4096
 _blank = object.__new__
 
 
-class Solver:
+class Solver(HasSettings):
     """Settings object in the manner of scikit-learn; ``fit`` binds a robot, ``solve`` answers.
 
     Attributes:
@@ -178,63 +179,6 @@ class Solver:
         """Whether ``fit`` has been called (and succeeded)."""
         return "_origin" in self.__dict__
 
-    def get_params(self) -> dict[str, Any]:
-        """The settings by name, as given.
-
-        Example:
-            >>> kv.Numerical(task="position").get_params()["task"]
-            'position'
-        """
-        return {name: getattr(self, name) for name in _setting_names(type(self))}
-
-    def set_params(self, **settings: Any) -> Self:
-        """Change settings; they take effect at the next ``fit``.
-
-        Raises:
-            TypeError: a name that is no setting; the message lists the names.
-        """
-        valid = _setting_names(type(self))
-        for name, value in settings.items():
-            if name not in valid:
-                raise TypeError(
-                    f"{type(self).__name__} has no setting {name!r}: it has {', '.join(valid)}"
-                )
-            setattr(self, name, value)
-        return self
-
-    def clone(self) -> Self:
-        """A new solver with the same settings and no learned state; solvers in it are cloned too.
-
-        Example:
-            >>> kv.Numerical().fit(robot).clone().is_fitted
-            False
-        """
-        settings = {name: _copied(value) for name, value in self.get_params().items()}
-        fresh = type(self)(**settings)
-        for name, value in settings.items():
-            if getattr(fresh, name) is not value:
-                raise TypeError(f"{type(self).__name__}.__init__ altered its setting {name!r}")
-        return fresh
-
-    def __repr__(self) -> str:
-        defaults = {
-            name: parameter.default
-            for name, parameter in _parameters(type(self)).items()
-        }
-        shown = ", ".join(
-            f"{name}={value!r}"
-            for name, value in self.get_params().items()
-            if not _same(value, defaults[name])
-        )
-        return f"{type(self).__name__}({shown})"
-
-    def __eq__(self, other: object) -> bool:
-        # same class, same settings; what was learned is not compared
-        if type(other) is not type(self):
-            return NotImplemented
-        theirs = other.get_params()  # type of self, just checked
-        return all(_same(value, theirs[name]) for name, value in self.get_params().items())
-
     # How it works -----------------------------------------------------------------------------
 
     def _check_settings(self) -> Settings:
@@ -280,16 +224,6 @@ def _is_state(name: str) -> bool:
     return name.startswith("_") or name.endswith("_")
 
 
-def _parameters(cls: type[Solver]) -> Mapping[str, Any]:
-    from inspect import signature  # a tenth of NumPy's own import
-
-    return signature(cls).parameters
-
-
-def _setting_names(cls: type[Solver]) -> tuple[str, ...]:
-    return tuple(_parameters(cls))
-
-
 def _seed_of(rng: Any) -> int:
     """One 63-bit seed; a Generator is drawn from once."""
     if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
@@ -331,22 +265,3 @@ def _check_for_robot(settings: Settings, robot: Robot) -> None:
             f"windings='all' would give {total} windings a solution, more than {MOST_WINDINGS}:"
             f" narrow the limits of {shown}"
         )
-
-
-def _copied(value: Any) -> Any:
-    """A setting for a clone: nothing mutable is shared, solvers lose their learned state."""
-    if isinstance(value, Solver):
-        return value.clone()
-    if isinstance(value, (list, tuple)) and any(isinstance(item, Solver) for item in value):
-        return type(value)(_copied(item) for item in value)
-    if value is None or isinstance(value, (str, int, float)):
-        return value
-    from copy import deepcopy
-
-    return deepcopy(value)
-
-
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return np.array_equal(one, other)
-    return one is other or (type(one) is type(other) and bool(one == other))
