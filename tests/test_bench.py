@@ -66,6 +66,23 @@ def test_special_cases_are_what_they_say(name, what):
         assert (q[:, :, None] == robot.limits).any(axis=(1, 2)).all()
 
 
+@pytest.mark.parametrize("name", ["jaco2", "kr16", "panda", "planar3r"])
+def test_rank_deficient_cases_have_lost_rank(name):
+    robot = kv.load(name)
+    q = cases.rank_deficient(robot, 60)
+    assert q.shape == (60, robot.dof) and first.inside(robot, q, slack=0.0).all()
+    for values in q[:20]:
+        J = second.jacobian(lambda at: second.robot_fk(robot, at), values)
+        usual = second.jacobian(lambda at: second.robot_fk(robot, at), values + 0.3)
+        # differences know zero to 1e-9
+        assert np.linalg.matrix_rank(J, tol=1e-7) < np.linalg.matrix_rank(usual, tol=1e-7)
+
+
+def test_an_arm_that_never_loses_rank_has_no_such_case():
+    elbow = kv.Robot.from_dh([0, 0.4, 0.3], [0.5, 0, 0], [np.pi / 2, 0, 0], joints="RRR")
+    assert cases.rank_deficient(elbow, 10) is None
+
+
 @pytest.mark.parametrize("name", CLOSED)
 def test_poses_beyond_the_boundary_cannot_be_reached(name):
     robot = kv.load(name)

@@ -11,7 +11,7 @@ from kinverse.bench import geometry, oracle
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["SINGULAR", "SPECIAL", "beyond", "path", "reachable"]
+__all__ = ["SINGULAR", "SPECIAL", "beyond", "path", "rank_deficient", "reachable"]
 
 Array = NDArray[np.float64]
 SEED = 0x6B76
@@ -107,6 +107,56 @@ def right_angles(robot: "Robot", count: int) -> Array | None:
     ]
     chosen &= turns & (exact >= low) & (exact <= high)
     return np.where(chosen, exact, q)
+
+
+def rank_deficient(robot: "Robot", count: int) -> Array | None:
+    """Joint values (N, n) inside the limits at which the Jacobian has lost rank.
+
+    Its smallest singular value (of those that are not zero everywhere; lengths in arm lengths) is
+    at most 1e-12 of its largest. From random joint values, Newton steps on the part of the Jacobian
+    between the last singular vectors of both sides: smooth where the singular value has a kink, and
+    not bound to square matrices as det J is. None where next to no start ends in such a place: arms
+    of few joints mostly have none.
+    """
+    rng = stream(16)
+    low, high = robot.limits.T
+    length = np.linalg.norm(robot.frames[:, :3, 3], axis=1).sum() or 1.0
+    slides = np.array([kind == "P" for kind in robot.kinds])[
+        [list(robot.source).index(j) for j in range(robot.dof)]
+    ]
+
+    def scaled(q: Array) -> Array:
+        J = oracle.jacobian(robot, q)
+        J[:, :3] /= length
+        J[:, :, slides] *= length
+        return J
+
+    probe = np.linalg.svd(scaled(rng.uniform(low, high, (32, robot.dof))), compute_uv=False)
+    last = int((probe > 1e-9 * probe[:, :1]).sum(axis=1).max()) - 1
+    found = np.empty((0, robot.dof))
+    for _ in range(10):
+        q = rng.uniform(low, high, (max(count, 256), robot.dof))
+        for _ in range(40):
+            U, values, Vt = np.linalg.svd(scaled(q))
+            left, right = U[:, :, last:], np.swapaxes(Vt, 1, 2)[:, :, last:]
+            rest = np.swapaxes(left, 1, 2) @ scaled(q) @ right
+            slopes = np.empty((*rest.shape, robot.dof))
+            for k, step in enumerate(np.eye(robot.dof) * 1e-5):
+                change = (scaled(q + step) - scaled(q - step)) / 2e-5
+                slopes[..., k] = np.swapaxes(left, 1, 2) @ change @ right
+            rows = slopes.reshape(len(q), -1, robot.dof)
+            move = np.linalg.pinv(rows, rcond=1e-6) @ rest.reshape(len(q), -1, 1)
+            q = q - np.clip(move[..., 0], -0.3, 0.3)
+            turns = 2 * np.pi * np.round((q - 0.5 * (low + high)) / (2 * np.pi))
+            q = np.clip(np.where(slides, q, q - turns), low, high)
+        values = np.linalg.svd(scaled(q), compute_uv=False)
+        kept = values[:, last] <= 1e-12 * values[:, 0]
+        found = np.concatenate([found, q[kept]])
+        if len(found) >= count:
+            return found[:count]
+        if len(found) < 0.002 * len(q):
+            break
+    return None
 
 
 Special = Callable[["Robot", int], Array | None]
