@@ -5,43 +5,8 @@ import pytest
 
 import kinverse as kv
 import oracle
+from kinverse.bench.arms import SHORT
 from kinverse.solvers.analytic import Analytic
-
-HALF = np.pi / 2
-
-
-def random_arm(kinds):
-    rng = np.random.default_rng(sum(map(ord, kinds)) + len(kinds))
-    n = len(kinds)
-    limits = [(-3, 3) if kind == "R" else (0.1, 1.0) for kind in kinds]
-    return kv.Robot.from_dh(
-        rng.uniform(0.1, 0.5, n),
-        rng.uniform(-0.3, 0.3, n),
-        rng.uniform(-2, 2, n),
-        rng.uniform(-2, 2, n),
-        joints=kinds,
-        limits=limits,
-        name=kinds,
-    )
-
-
-NAMED = {
-    "planar2r": lambda: kv.Robot.from_dh([0.3, 0.2], 0, 0, joints="RR"),
-    "cylindrical": lambda: kv.Robot.from_dh(
-        0, [0.5, 0.2, 0], [0, -HALF, 0], joints="RPP", limits=[(-3, 3), (0.1, 1), (0.1, 1)]
-    ),
-    "cartesian": lambda: kv.Robot.from_dh(
-        0, 0, [HALF, HALF, 0], [0, HALF, 0], joints="PPP", limits=[(0.1, 1)] * 3
-    ),
-    "spherical": lambda: kv.Robot.from_dh(
-        0, [0.5, 0, 0], [-HALF, HALF, 0], joints="RRP", limits=[(-3, 3), (-1.5, 1.5), (0.1, 1)]
-    ),
-    "elbow": lambda: kv.Robot.from_dh([0, 0.4, 0.3], [0.5, 0, 0], [HALF, 0, 0], joints="RRR"),
-}
-SHORT = [
-    *("R", "P", "RR", "RP", "PP", "RRR", "RPP", "RRP", "PPP", "RRRR", "RPRP", "RRRRR", "PRRRR"),
-    *NAMED,
-]
 
 
 def wrapped(robot, difference):
@@ -51,7 +16,7 @@ def wrapped(robot, difference):
 
 @pytest.mark.parametrize("name", SHORT)
 def test_short_arms_find_the_generating_configuration(name):
-    robot = NAMED[name]() if name in NAMED else random_arm(name)
+    robot = SHORT[name]()
     solver = Analytic().fit(robot)
     q = robot.random(150, rng=77)
     T = robot.fk(q)
@@ -66,7 +31,7 @@ def test_short_arms_find_the_generating_configuration(name):
 
 @pytest.mark.parametrize("name", ["RRR", "RRRR", "RRRRR", "spherical", "elbow"])
 def test_a_pose_off_the_reach_of_a_short_arm_is_not_solved(name):
-    robot = NAMED[name]() if name in NAMED else random_arm(name)
+    robot = SHORT[name]()
     T = robot.fk(robot.random(60, rng=3))
     T[:, :3, 3] += np.random.default_rng(4).normal(scale=0.05, size=(60, 3))
     s = Analytic().fit(robot).solve(T)
@@ -90,12 +55,12 @@ def branches_by_search(robot, task, T, starts):
 @pytest.mark.parametrize(
     ("make", "task"),
     [
-        (NAMED["elbow"], "position"),
-        (NAMED["spherical"], "position"),
-        (NAMED["cylindrical"], "position"),
-        (lambda: random_arm("RRR"), "position"),
-        (lambda: random_arm("RRPRR"), "position_axis"),
-        (lambda: random_arm("RRRRR"), "position_axis"),
+        (SHORT["elbow"], "position"),
+        (SHORT["spherical"], "position"),
+        (SHORT["cylindrical"], "position"),
+        (SHORT["RRR"], "position"),
+        (SHORT["RRPRR"], "position_axis"),
+        (SHORT["RRRRR"], "position_axis"),
     ],
 )
 def test_partial_tasks_give_every_branch(make, task):

@@ -9,92 +9,12 @@ import pytest
 import kinverse as kv
 import oracle
 from kinverse import kernels
+from kinverse.bench import arms
 from kinverse.solvers.families import Family, closed_form_spec
 from kinverse.status import Status
 
 HALF = np.pi / 2
-TURN = [(-np.pi, np.pi)]
-
-
-def general_arm(seed, kinds="RRRRRR"):
-    """No two neighbouring axes meet or are parallel."""
-    rng = np.random.default_rng(seed)
-    return kv.Robot.from_dh(
-        a=rng.uniform(0.05, 0.6, 6),
-        d=rng.uniform(-0.5, 0.5, 6),
-        alpha=rng.uniform(0.2, np.pi - 0.2, 6) * rng.choice([-1, 1], 6),
-        theta=rng.uniform(-3, 3, 6),
-        joints=kinds,
-        limits=[TURN[0] if kind == "R" else (-1.0, 1.0) for kind in kinds],
-        name=f"general_{kinds}_{seed}",
-    )
-
-
-def gofa():
-    """ABB CRB 15000-5/0.95, lengths of two public models that agree: model_GoFa.m of
-    SHLD2022/Simple-Robot-Simulation, and ABB_CRB_15000 of robotkinematicscatalogue."""
-    return kv.Robot.from_dh(
-        a=[0, 0.444, 0.11, 0, 0.08, 0],
-        d=[0.265, 0, 0, 0.47, 0, 0.101],
-        alpha=[-HALF, 0, -HALF, HALF, -HALF, 0],
-        theta=[0, -HALF, 0, 0, 0, 0],
-        joints="R" * 6,
-        name="gofa",
-    )
-
-
-def crx10():
-    """FANUC CRX-10iA: z1 = x1 = 540, y1 = 150, x2 = 160 mm, table of mattj23/crx-kinematics
-    after Abbes & Poisson, Robotics 13 (2024) 91."""
-    return kv.Robot.from_dh(
-        a=[0, 0.54, 0, 0, 0, 0],
-        d=[0, 0, 0, -0.54, 0.15, -0.16],
-        alpha=[-HALF, np.pi, -HALF, HALF, -HALF, np.pi],
-        joints="R" * 6,
-        name="crx10",
-    )
-
-
-def almost_puma(offset):
-    """A spherical wrist missed by ``offset``."""
-    return kv.Robot.from_dh(
-        a=[0, 0.4318, 0.0203, offset, 0, 0],
-        d=[0, 0, 0.15005, 0.4318, offset, 0],
-        alpha=[HALF, 0, -HALF, HALF, -HALF, 0],
-        joints="R" * 6,
-        name=f"almost_puma_{offset:g}",
-    )
-
-
-def almost_ur5(offset):
-    """Axes 5 and 6 pass each other at ``offset``."""
-    return kv.Robot.from_dh(
-        a=[0, -0.425, -0.39225, 0, offset, 0],
-        d=[0.089159, 0, 0, 0.10915, 0.09465, 0.0823],
-        alpha=[HALF, 0, 0, HALF, -HALF, 0],
-        joints="R" * 6,
-        name=f"almost_ur5_{offset:g}",
-    )
-
-
-ARMS = {
-    **{f"general_{k}": (general_arm, k) for k in range(10)},
-    **{
-        kinds: (general_arm, 20 + k, kinds)
-        for k, kinds in enumerate(["RRPRRR", "PRRRRR", "RRRRPR", "RPRRPR", "PRRPRR"])
-    },
-    "jaco2": (kv.load, "jaco2"),
-    "xarm6": (kv.load, "xarm6"),
-    "gofa": (gofa,),
-    "crx10": (crx10,),
-    "almost_puma": (almost_puma, 1e-6),
-    "almost_ur5": (almost_ur5, 1e-4),
-}
-
-
-def arm(name):
-    make, *arguments = ARMS[name]
-    return make(*arguments)
+ARMS = arms.GENERAL
 
 
 def poses_of(robot, count, seed):
@@ -179,7 +99,7 @@ def search(robot, T, starts, seed=0, rounds=80):
 
 @pytest.mark.parametrize("name", ARMS)
 def test_the_generating_configuration_is_among_the_branches(name):
-    robot = arm(name)
+    robot = ARMS[name]()
     assert closed_form_spec(robot).family is Family.GENERAL_6R
     q, T = poses_of(robot, 300, seed=1)
     s = kv.Analytic(limits="ignore").fit(robot).solve(T)
@@ -192,7 +112,7 @@ def test_the_generating_configuration_is_among_the_branches(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_of_ten_thousand_generating_configurations_at_most_one_is_missed(name):
-    robot = arm(name)
+    robot = ARMS[name]()
     q, T = poses_of(robot, 10_000, seed=2)
     s = kv.Analytic(limits="ignore").fit(robot).solve(T)
     assert s.ok.all() and len(not_found(robot, s, q)) <= 1
@@ -202,13 +122,13 @@ def test_of_ten_thousand_generating_configurations_at_most_one_is_missed(name):
 
 @pytest.mark.parametrize("name", ["general_0", "general_3", "RPRRPR", "jaco2", "gofa", "crx10"])
 def test_no_branch_is_missed_that_a_search_from_300_starts_finds(name):
-    compare_with_search(arm(name), 3)
+    compare_with_search(ARMS[name](), 3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_no_branch_is_missed_in_fifty_poses(name):
-    compare_with_search(arm(name), 50)
+    compare_with_search(ARMS[name](), 50)
 
 
 def compare_with_search(robot, count):
@@ -221,7 +141,7 @@ def compare_with_search(robot, count):
 
 
 @pytest.mark.parametrize("offset", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4])
-@pytest.mark.parametrize("make", [almost_puma, almost_ur5])
+@pytest.mark.parametrize("make", [arms.almost_puma, arms.almost_ur5])
 def test_an_almost_special_arm_neither_loses_branches_nor_invents_them(make, offset):
     robot = make(offset)
     q, T = poses_of(robot, 300, seed=4)
@@ -235,7 +155,7 @@ def test_an_almost_special_arm_neither_loses_branches_nor_invents_them(make, off
 
 @pytest.mark.parametrize("name", ["general_1", "jaco2", "gofa", "PRRPRR"])
 def test_half_turns_and_right_angles_are_angles_like_others(name):
-    robot = arm(name)
+    robot = ARMS[name]()
     q, _ = poses_of(robot, 240, seed=5)
     for i in range(6):
         if robot.kinds[i] == "R":
@@ -248,7 +168,7 @@ def test_half_turns_and_right_angles_are_angles_like_others(name):
 
 
 def test_two_branches_about_to_merge_are_two_and_a_merged_one_is_one():
-    robot = general_arm(6)
+    robot = arms.random_arm(6)
     solver = kv.Analytic(limits="ignore").fit(robot)
     rng = np.random.default_rng(0)
     tried = singles = 0
@@ -280,7 +200,7 @@ def test_two_branches_about_to_merge_are_two_and_a_merged_one_is_one():
 
 
 def test_poses_out_of_reach_are_shown_to_be_and_no_reachable_one_is():
-    robot = general_arm(7)
+    robot = arms.random_arm(7)
     solver = kv.Analytic(limits="ignore").fit(robot)
     q, T = poses_of(robot, 400, seed=6)
     T[:, :3, 3] *= np.linspace(0.2, 3.0, 400)[:, None]
@@ -325,7 +245,7 @@ def test_limits_seeds_and_windings_are_those_of_every_solver():
 
 
 def test_single_poses_batches_threads_and_the_checked_way_give_the_same_bits():
-    robot = gofa()
+    robot = arms.gofa()
     _, T = poses_of(robot, 120, seed=9)
     solver = kv.Analytic(limits="ignore").fit(robot)
     batch = solver.solve(T)
@@ -364,7 +284,7 @@ def test_each_instruction_set_finds_the_same_branches():
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_lengths_from_micrometres_to_megametres(scale):
-    robot = general_arm(8)
+    robot = arms.random_arm(8)
     frames = robot.frames.copy()
     rng = np.random.default_rng(8)
     scaled = kv.Robot.from_dh(

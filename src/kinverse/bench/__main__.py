@@ -8,14 +8,16 @@ from pathlib import Path
 from rich.console import Console
 
 from kinverse import kernels
-from kinverse.bench import closed_form, importing, report, speed
+from kinverse.bench import report
 from kinverse.bench.report import Line
+from kinverse.bench.sections import closed_form, general, importing, speed
 
 SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "closed_form": closed_form.complete,
     "singular": closed_form.singular,
     "unreachable": closed_form.unreachable,
-    "general": closed_form.general,
+    "general": general.complete,
+    "branch_sets": general.branch_sets,
     "closed_form_speed": speed.closed_form,
     "numerical": speed.numerical,
     "follow": speed.follow,

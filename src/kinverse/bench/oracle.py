@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["errors", "frames", "inside", "jacobian", "pose", "wrapped"]
+__all__ = ["errors", "frames", "inside", "jacobian", "pose", "slides", "twin", "wrapped"]
 
 Array = NDArray[np.float64]
 
@@ -40,9 +40,9 @@ def pose(robot: "Robot", q: Array) -> Array:
     return frames(robot, q)[-1]
 
 
-def jacobian(robot: "Robot", q: Array) -> Array:
-    """(N, 6, n) Jacobian, rows [linear; angular] in the base frame, from the axes."""
-    *joints, tool = frames(robot, q)
+def jacobian(robot: "Robot", q: Array, at: list[Array] | None = None) -> Array:
+    """(N, 6, n) Jacobian, rows [linear; angular] in the base frame; ``at`` are q's frames."""
+    *joints, tool = frames(robot, q) if at is None else at
     J = np.zeros((len(q), 6, robot.dof))
     for i, T in enumerate(joints):
         axis, arm = T[:, :3, 2], tool[:, :3, 3] - T[:, :3, 3]
@@ -52,6 +52,22 @@ def jacobian(robot: "Robot", q: Array) -> Array:
             column = np.concatenate([np.cross(axis, arm), axis], axis=1)
         J[:, :, robot.source[i]] += robot.multiplier[i] * column
     return J
+
+
+def twin(robot: "Robot", q: Array) -> Array:
+    """About how far from q (N, n) the nearest other solution is of those it can merge with.
+
+    Along the direction v that moves the tool least, pose errors are s t + (u J'(v) v) t^2 / 2, with
+    the smallest singular value s of the Jacobian J and its left vector u: 0 again at t = 2 s / |u
+    J'(v) v|. Largest joint difference [rad or m]; for arms with as many joints as a pose has
+    freedoms.
+    """
+    left, sizes, right = np.linalg.svd(jacobian(robot, q))
+    u, v = left[:, :, robot.dof - 1], right[:, -1]
+    step = 1e-5
+    change = (jacobian(robot, q + step * v) - jacobian(robot, q - step * v)) / (2 * step)
+    bend = np.abs(np.einsum("ki,kij,kj->k", u, change, v))
+    return np.asarray(2 * sizes[:, -1] / np.maximum(bend, 1e-12) * np.abs(v).max(axis=1))
 
 
 def errors(target: Array, reached: Array) -> tuple[Array, Array]:
@@ -72,10 +88,15 @@ def inside(robot: "Robot", q: Array, slack: float = 1e-9) -> NDArray[np.bool_]:
     return held
 
 
+def slides(robot: "Robot") -> NDArray[np.bool_]:
+    """(n,) which joints slide."""
+    found = np.zeros(robot.dof, dtype=bool)
+    for i, kind in enumerate(robot.kinds):
+        found[robot.source[i]] |= kind == "P"
+    return found
+
+
 def wrapped(robot: "Robot", difference: Array) -> Array:
     """Largest joint difference of each row (N, n), turns modulo 2 pi."""
-    slides = np.zeros(robot.dof, dtype=bool)
-    for i, kind in enumerate(robot.kinds):
-        slides[robot.source[i]] |= kind == "P"
     turned = np.abs((difference + np.pi) % (2 * np.pi) - np.pi)
-    return np.asarray(np.where(slides, np.abs(difference), turned).max(axis=1))
+    return np.asarray(np.where(slides(robot), np.abs(difference), turned).max(axis=1))

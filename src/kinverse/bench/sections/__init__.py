@@ -1,0 +1,1 @@
+"""What the bench measures: each section makes its lines, one noun a file."""
