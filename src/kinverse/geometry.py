@@ -4,6 +4,7 @@ Everything here works on arrays; it knows no robots. Closed forms are found from
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ __all__ = [
     "any_perpendicular",
     "axis_lines",
     "common_normal",
+    "cross",
     "frame_on_axis",
     "links_between",
     "reversed_lines",
@@ -41,7 +43,7 @@ class AxisLines:
     point: Array
     T_zero: Array
 
-    @property
+    @cached_property
     def size(self) -> float:
         """A length of the arm [m]: the distances from axis to axis and to the tool, added up."""
         stations = np.vstack([self.point, self.T_zero[:3, 3]])
@@ -111,7 +113,7 @@ def links_between(lines: AxisLines) -> Links:
     z = lines.direction.copy()
     sign = np.ones(n)
     for i in range(1, n):
-        if np.linalg.norm(np.cross(z[i - 1], z[i])) < PARALLEL and z[i - 1] @ z[i] < 0:
+        if np.linalg.norm(cross(z[i - 1], z[i])) < PARALLEL and z[i - 1] @ z[i] < 0:
             z[i], sign[i] = -z[i], -1.0
     a, d, offset = np.zeros(n), np.zeros(n), np.zeros(n)
     cosine, sine = np.ones(n), np.zeros(n)
@@ -125,9 +127,9 @@ def links_between(lines: AxisLines) -> Links:
             base = frame_on_axis(z[0], normal, foot)
         else:
             d[i] = z[i] @ (foot - origin)
-            offset[i] = np.arctan2(np.cross(x, normal) @ z[i], x @ normal)
+            offset[i] = np.arctan2(cross(x, normal) @ z[i], x @ normal)
         cosine[i] = z[i] @ z[i + 1]
-        sine[i] = np.cross(z[i], z[i + 1]) @ normal
+        sine[i] = cross(z[i], z[i + 1]) @ normal
         if abs(sine[i]) < PARALLEL:
             cosine[i], sine[i] = 1.0, 0.0
         elif abs(cosine[i]) < 1e-14:
@@ -168,7 +170,7 @@ def common_normal(
         0.15
     """
     between = point - origin
-    across = np.cross(z, z_next)
+    across = cross(z, z_next)
     s2 = across @ across
     if s2 < parallel**2:
         normal = between - (between @ z) * z
@@ -176,14 +178,26 @@ def common_normal(
         if length < tiny:  # the same line: any direction will do, so keep the last one
             return origin, origin, x - (x @ z) * z, 0.0
         return origin, origin + normal, normal / length, length
-    along = np.cross(between, z_next) @ across / s2
-    along_next = np.cross(between, z) @ across / s2
+    along = cross(between, z_next) @ across / s2
+    along_next = cross(between, z) @ across / s2
     foot, next_foot = origin + along * z, point + along_next * z_next
     normal = across / np.sqrt(s2)
     length = float((next_foot - foot) @ normal)
     if abs(length) < tiny:
         return foot, foot, normal, 0.0
     return foot, next_foot, normal * np.sign(length), abs(length)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """The cross product of two vectors (3,): np.cross, made for stacks, takes twenty times longer.
+
+    Example:
+        >>> cross(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+        array([0., 0., 1.])
+    """
+    x, y, z = a.tolist()
+    u, v, w = b.tolist()
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def any_perpendicular(z: Array) -> Array:
@@ -196,5 +210,5 @@ def any_perpendicular(z: Array) -> Array:
 def frame_on_axis(z: Array, x: Array, origin: Array) -> Array:
     """The (4, 4) frame at origin with these z and x axes, which are square to each other."""
     T = np.eye(4)
-    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, origin
+    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, cross(z, x), z, origin
     return T

@@ -157,26 +157,38 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
     lines = axis_lines(robot.frames, robot.kinds)
     if spec := _scara(lines, robot.kinds):
         return spec
-    if "P" not in robot.kinds and n in (5, 6):
-        for is_reversed in (False, True):
-            arm = reversed_lines(lines) if is_reversed else lines
-            links = links_between(arm)
-            found = _six(links, arm.size) if n == 6 else _five(links, arm.size)
-            if found and (n < 6 or _misfit(links, robot, is_reversed) < MISFIT * arm.size):
-                order = np.arange(n, dtype=np.int32)
-                joint = order[::-1].copy() if is_reversed else order
-                return ClosedFormSpec(*found, is_reversed, links, joint, arm.size)
-    if n == 6:
-        joint = np.arange(n, dtype=np.int32)
+    if n in (5, 6):
         links = links_between(lines)
-        return ClosedFormSpec(
-            Family.GENERAL_6R, Regional.PARALLEL_23, False, links, joint, lines.size
-        )
+        if "P" not in robot.kinds:
+            if spec := _wristed(robot, lines, links, is_reversed=False):
+                return spec
+            back = reversed_lines(lines)
+            if spec := _wristed(robot, back, links_between(back), is_reversed=True):
+                return spec
+        if n == 6:
+            joint = np.arange(n, dtype=np.int32)
+            return ClosedFormSpec(
+                Family.GENERAL_6R, Regional.PARALLEL_23, False, links, joint, lines.size
+            )
     raise NoClosedForm(
         f"{robot.name} ({robot.kinds}) has no closed form here: it was looked for a spherical wrist"
         " at either end, three consecutive parallel axes with the last two meeting, their 5R forms,"
         " and three parallel revolute joints with or without a parallel slide; use Numerical"
     )
+
+
+def _wristed(
+    robot: Robot, lines: AxisLines, links: Links, is_reversed: bool
+) -> ClosedFormSpec | None:
+    """A family of five or six turning joints, the wrist at the end of these lines."""
+    found = _six(links, lines.size) if robot.dof == 6 else _five(links, lines.size)
+    if not found:
+        return None
+    if robot.dof == 6 and not _misfit(links, robot, is_reversed) < MISFIT * lines.size:
+        return None
+    order = np.arange(robot.dof, dtype=np.int32)
+    joint = order[::-1].copy() if is_reversed else order
+    return ClosedFormSpec(*found, is_reversed, links, joint, lines.size)
 
 
 def _misfit(links: Links, robot: Robot, is_reversed: bool) -> float:

@@ -8,9 +8,7 @@ that line, on the side axis 1 points to (Shimizu et al., IEEE Trans. Robotics 24
 another reference).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +34,7 @@ class RedundantForm:
 
     Attributes:
         redundancy: index of the joint held, or "arm_angle".
-        parameter: the core's number for it, or None: the arm is made again for each value.
+        parameter: the core's number for it; None before a general arm, and for an inner joint.
         spec: the arm that remains (six rows), or all seven rows for the arm angle; None if it
             depends on the value.
         before: (4, 4) fixed transform in front of the joint held.
@@ -66,11 +64,11 @@ def redundant_form(robot: Robot, redundancy: int | str | None) -> RedundantForm:
         redundancy: a joint (index or name) or "arm_angle"; None chooses: the arm angle if shoulder
             and wrist are spherical, else the last or first joint if the arm that remains is of a
             family with quadratic equations, else the joint nearest the tool of which this is true,
-            else the last joint if that arm has a closed form at all.
+            else the last joint.
 
     Raises:
         InputError: no such joint or name, or an arm angle for an arm without one.
-        NoClosedForm: the arm that remains has none.
+        NoClosedForm: a joint slides or is a mimic.
     """
     plain = np.array_equal(robot.source, np.arange(DOF)) and robot.kinds == "R" * DOF
     if not (plain and (robot.multiplier == 1.0).all() and (robot.offset == 0.0).all()):
@@ -90,7 +88,8 @@ def redundant_form(robot: Robot, redundancy: int | str | None) -> RedundantForm:
             )
         return form
     joint = _joint(robot, redundancy)
-    return _end_joint_form(robot, joint) or _joint_form(robot, joint)
+    form_of = _end_joint_form if joint in (0, DOF - 1) else _inner_joint_form
+    return form_of(robot, joint)
 
 
 def arm_angle(robot: Robot, form: RedundantForm, q: Array) -> Array:
@@ -132,49 +131,42 @@ def _joint(robot: Robot, redundancy: int | str) -> int:
 
 
 def _chosen(robot: Robot) -> RedundantForm:
-    form = _arm_angle_form(robot) or _end_joint_form(robot, DOF - 1) or _end_joint_form(robot, 0)
-    if form is not None:
-        return form
-    candidates: list[Callable[[], RedundantForm]] = [
-        partial(_joint_form, robot, joint, quadratic=True) for joint in reversed(range(DOF))
-    ]
-    candidates.append(lambda: _joint_form(robot, DOF - 1))
-    for candidate in candidates:
-        try:
-            return candidate()
-        except NoClosedForm:
-            continue
-    raise NoClosedForm(
-        f"{robot.name}: no closed form at a value of any of its joints, and no spherical shoulder"
-        " and wrist; use Numerical"
-    )
+    arm_angle_form = _arm_angle_form(robot)
+    if arm_angle_form is not None:
+        return arm_angle_form
+    last = _end_joint_form(robot, DOF - 1)
+    if last.lasting:
+        return last
+    first = _end_joint_form(robot, 0)
+    if first.lasting:
+        return first
+    for joint in reversed(range(1, DOF - 1)):
+        form = _inner_joint_form(robot, joint)
+        if form.lasting:
+            return form
+    return last
 
 
-def _joint_form(robot: Robot, joint: int, quadratic: bool = False) -> RedundantForm:
-    """The joint held, whatever remains; tried at two values that mean nothing to any arm."""
+def _end_joint_form(robot: Robot, joint: int) -> RedundantForm:
+    """The joint held, and one arm for all its values: what moves is the target."""
+    spec = closed_form_spec(end_removed(robot, joint))
+    lasting = spec.family is not Family.GENERAL_6R
+    parameter = (LAST if joint else FIRST) if lasting else None
+    before, behind = robot.frames[joint], robot.frames[joint + 1]
+    labels = spec.branch_labels
+    return RedundantForm(joint, parameter, spec, before, behind, labels, lasting=lasting)
+
+
+def _inner_joint_form(robot: Robot, joint: int) -> RedundantForm:
+    """The joint held, and another arm for each value; tried at two that mean nothing to any arm."""
     low, high = robot.limits[joint]
-    lasting = True
     for share in (0.3819660113, 0.7320508076):
         spec = closed_form_spec(robot.locked({joint: low + share * (high - low)}))
-        lasting = lasting and spec.family is not Family.GENERAL_6R
-    if quadratic and not lasting:
-        raise NoClosedForm("the arm that remains is a general one")
+        lasting = spec.family is not Family.GENERAL_6R
+        if not lasting:
+            break
     one = np.eye(4)
     return RedundantForm(joint, None, None, one, one, spec.branch_labels, lasting=lasting)
-
-
-def _end_joint_form(robot: Robot, joint: int) -> RedundantForm | None:
-    if joint not in (0, DOF - 1):
-        return None
-    remaining, parameter = end_removed(robot, joint), LAST if joint else FIRST
-    try:
-        spec = closed_form_spec(remaining)
-    except NoClosedForm:
-        return None
-    if spec.family not in (Family.SPHERICAL_WRIST, Family.THREE_PARALLEL):
-        return None
-    before, behind = robot.frames[joint], robot.frames[joint + 1]
-    return RedundantForm(joint, parameter, spec, before, behind, spec.branch_labels)
 
 
 def _arm_angle_form(robot: Robot) -> RedundantForm | None:
