@@ -72,6 +72,7 @@ SOLVER_RANKS = {
     "families": 0,
     "extension": 0.3,
     "held": 0.3,
+    "parallel_arm": 0.3,
     "redundant": 0.6,
     "compose": 2,
     "registry": 3,

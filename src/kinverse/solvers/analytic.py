@@ -9,9 +9,15 @@ from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver
-from kinverse.solvers.extension import Extension, extended
-from kinverse.solvers.families import ClosedFormSpec, Family, closed_form_spec
+from kinverse.solvers.extension import Extension, check_mobility, extended
+from kinverse.solvers.families import (
+    ClosedFormSpec,
+    Family,
+    check_own_joints,
+    closed_form_spec,
+)
 from kinverse.solvers.held import HeldJoint
+from kinverse.solvers.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
 from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
 from kinverse.status import Status
 from kinverse.table import PER_INTERVAL, TableLike
@@ -36,8 +42,9 @@ class Analytic(Solver):
     (Universal Robots), the 5R arms that lack one axis of these, planar 3R arms and SCARA arms; no
     two axes need be perpendicular. Every other chain of six joints, prismatic ones included, by
     elimination (Raghavan & Roth 1993), and chains of one to five with virtual joints that must
-    stand still. Sources: Pieper (1968); thesis of Jha (2015), chapter 4, with the corrections of
-    the project's errata.
+    stand still. The tasks "planar" and "schoenflies" take arms whose turning axes are all
+    parallel, with slides anywhere among them. Sources: Pieper (1968); thesis of Jha (2015),
+    chapter 4, with the corrections of the project's errata.
 
     A pose that meets a continuum of solutions (a singular pose) gets, per branch, the member that
     lies inside the limits and nearest to ``q_seed`` (else to their middle), to about 1e-3 rad;
@@ -58,7 +65,8 @@ class Analytic(Solver):
     values, bisects to 1e-6 rad and does not descend to narrower ranges.
 
     Args:
-        task: "pose"; "position" with three joints, "position_axis" with five.
+        task: "pose"; "position" with three joints, "position_axis" with five; "planar" with three
+            and "schoenflies" with four, where the turning axes are all parallel.
         redundancy: for arms with seven joints: the joint (index or name) or "arm_angle" that
             parametrises the solutions; None chooses the arm angle, else the last or the first
             joint, else an inner one, and keeps it in ``redundancy_``.
@@ -83,6 +91,7 @@ class Analytic(Solver):
     redundancy_: int | str | None
     redundant_form_: RedundantForm | None
     extension_: Extension | None
+    parallel_arm_: ParallelArm | None
 
     def __init__(
         self,
@@ -103,7 +112,8 @@ class Analytic(Solver):
 
     def _fit(self, robot: Robot) -> None:
         task = self.settings_.task
-        self.redundancy_ = self.redundant_form_ = self.extension_ = None
+        self.redundancy_ = self.redundant_form_ = self.extension_ = self.parallel_arm_ = None
+        check_own_joints(robot)
         if robot.dof == 7 and task == "pose":
             form = self.redundant_form_ = redundant_form(robot, self.redundancy)
             self.redundancy_ = form.redundancy
@@ -114,12 +124,17 @@ class Analytic(Solver):
                 f"redundancy={self.redundancy!r}: only arms with seven joints have a free"
                 f" parameter, {robot.name} has {robot.dof} joints"
             )
+        if PARALLEL_TASKS.get(task) == robot.dof:
+            self.parallel_arm_ = parallel_arm(robot, task)
+            check_mobility(robot, task)
+            self.branch_labels_ = self.parallel_arm_.branch_labels
+            return
         try:
             if task != "pose":
                 raise NoClosedForm(task)
             self.spec_ = closed_form_spec(robot)
         except NoClosedForm:
-            if len(robot.kinds) != robot.dof or (task == "pose" and robot.dof >= 6):
+            if task == "pose" and robot.dof >= 6:
                 raise
             self.extension_ = extended(robot, task)
             self.spec_ = closed_form_spec(self.extension_.robot)
@@ -128,6 +143,8 @@ class Analytic(Solver):
     def _bind(self) -> None:
         if self.redundant_form_ is not None:
             self._bind_redundant(self.redundant_form_)
+            return
+        if self.parallel_arm_ is not None:
             return
         spec, settings, extension = self.spec_, self.settings_, self.extension_
         robot = self.robot_ if extension is None else extension.robot
@@ -147,7 +164,7 @@ class Analytic(Solver):
 
     @property
     def _exact(self) -> float:
-        return EXACT * max(1.0, self.spec_.size)
+        return EXACT * max(1.0, (self.parallel_arm_ or self.spec_).size)
 
     def _special_form(self, robot: Robot, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
@@ -318,6 +335,9 @@ class Analytic(Solver):
             if self._held is not None:
                 return self._held.propose(T, q_seed)
             return _proposal(self._form.solve(T, q_seed))
+        if self.parallel_arm_ is not None:
+            tolerances = self.settings_.tol_position, self.settings_.tol_rotation
+            return self.parallel_arm_.propose(T, q_seed, *tolerances, self._exact)
         if self.extension_ is not None:
             return self.extension_.propose(self._form, T, self._exact)
         q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)

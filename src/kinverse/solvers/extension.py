@@ -18,8 +18,9 @@ from kinverse.robot import Robot
 from kinverse.se3 import pose
 from kinverse.solvers._base import Proposal
 from kinverse.status import Status
+from kinverse.task import as_task
 
-__all__ = ["STANDING", "Extension", "extended"]
+__all__ = ["STANDING", "Extension", "check_mobility", "extended"]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,9 @@ CLEAR_GAP = 1e-3
 STANDING = 1e-2
 """A virtual joint [rad] further from rest than this in every solution shows that the arm itself has
 none: within the tolerances a solution moves it by far less."""
+
+MOVES = 1e-7
+"""Singular value above which a direction of motion counts, of a Jacobian with unit columns."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +98,14 @@ def extended(robot: Robot, task: str) -> Extension:
         NoClosedForm: the task does not close the system with this number of joints.
 
     Example:
-        >>> extended(kv.load("planar3r"), "position").robot.dof
+        >>> extended(elbow_arm, "position").robot.dof
         6
     """
     n = robot.dof
     if task == "pose" and n < 6:
         return _held(robot)
     if task == "position" and n == 3:
+        check_mobility(robot, task)
         wrist = _freed(robot, [0.0, np.pi / 2, -np.pi / 2])
         return replace(wrist, turn=pose([0, 0, 0], rpy=[0.7, -1.1, 0.4]))
     if task == "position_axis" and n == 5:
@@ -114,12 +119,38 @@ def extended(robot: Robot, task: str) -> Extension:
                     f"no closed form for task {task!r}: {robot.joint_names[-1]} turns about the"
                     " tool's z axis, which the task leaves free; use Numerical"
                 )
+        check_mobility(robot, task)
         return _freed(robot, [0.0])
-    closes = "pose with up to six, position with three, position_axis with five"
+    closes = (
+        "pose with up to six, position with three, position_axis with five, planar with three,"
+        " schoenflies with four"
+    )
     raise NoClosedForm(
         f"no closed form for task {task!r} with {n} joints: joints and task close the system for"
         f" {closes}; use Numerical"
     )
+
+
+def check_mobility(robot: Robot, task: str) -> None:
+    """Refuse an arm that has solutions in a continuum, though it has as many joints as equations.
+
+    Raises:
+        NoClosedForm: nowhere do its joints move every component of the task.
+    """
+    constrained = as_task(task)
+    size = axis_lines(robot.frames, robot.kinds).size
+    slides = np.array([kind == "P" for kind in robot.kinds])
+    q = np.random.default_rng(0).uniform(0.1, 1.5, (8, robot.dof)) * np.where(slides, size, 1.0)
+    J = constrained.constrained(robot.jacobian(q), robot.fk(q))
+    J[:, : constrained.position] /= size
+    J[:, :, slides] *= size
+    J /= np.maximum(np.linalg.norm(J, axis=1, keepdims=True), MOVES)
+    rank = int(np.linalg.matrix_rank(J, tol=MOVES).max())
+    if rank < constrained.size:
+        raise NoClosedForm(
+            f"no closed form for task {task!r}: it constrains {constrained.size} components, and"
+            f" the joints of {robot.name} move {rank} of them independently; use Numerical"
+        )
 
 
 def _freed(robot: Robot, turns: list[float]) -> Extension:

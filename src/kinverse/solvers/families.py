@@ -21,7 +21,14 @@ from kinverse.geometry import (
 )
 from kinverse.robot import Robot
 
-__all__ = ["BRANCH_SIGNS", "ClosedFormSpec", "Family", "Regional", "closed_form_spec"]
+__all__ = [
+    "BRANCH_SIGNS",
+    "ClosedFormSpec",
+    "Family",
+    "Regional",
+    "check_own_joints",
+    "closed_form_spec",
+]
 
 Array = NDArray[np.float64]
 
@@ -145,15 +152,8 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
         >>> closed_form_spec(kv.load("puma560")).family.name
         'SPHERICAL_WRIST'
     """
+    check_own_joints(robot)
     n = robot.dof
-    if len(robot.kinds) != n:
-        raise NoClosedForm(f"{robot.name}: mimic joints have no closed form; use Numerical")
-    own = np.array_equal(robot.source, np.arange(n)) and not robot.offset.any()
-    if not own or (robot.multiplier != 1.0).any():
-        raise NoClosedForm(
-            f"{robot.name}: joints that stand at a multiple or a shift of their value have no"
-            " closed form; use Numerical"
-        )
     lines = axis_lines(robot.frames, robot.kinds)
     if spec := _scara(lines, robot.kinds):
         return spec
@@ -189,6 +189,23 @@ def _wristed(
     order = np.arange(robot.dof, dtype=np.int32)
     joint = order[::-1].copy() if is_reversed else order
     return ClosedFormSpec(*found, is_reversed, links, joint, lines.size)
+
+
+def check_own_joints(robot: Robot) -> None:
+    """Refuse joints that do not stand at their own value: frames alone would not be the arm.
+
+    Raises:
+        NoClosedForm: mimic joints, a multiple, a shift, or another order.
+    """
+    n = robot.dof
+    if len(robot.kinds) != n:
+        raise NoClosedForm(f"{robot.name}: mimic joints have no closed form; use Numerical")
+    own = np.array_equal(robot.source, np.arange(n)) and not robot.offset.any()
+    if not own or (robot.multiplier != 1.0).any():
+        raise NoClosedForm(
+            f"{robot.name}: joints that stand at a multiple or a shift of their value have no"
+            " closed form; use Numerical"
+        )
 
 
 def _misfit(links: Links, robot: Robot, is_reversed: bool) -> float:
