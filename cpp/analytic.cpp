@@ -183,6 +183,7 @@ Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Cho
   });
   for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
   parts[0].evaluations_each = spec_.branches;
+  parts[0].method = Ground::closed_form;
   return std::move(parts[0]);
 }
 
@@ -198,7 +199,11 @@ Candidates Analytic::propose(const double* T, long poses, const Seeds& seeds, co
       all.pose_index.push_back(pose);
       all.branch.push_back(c.branch);
     }
-    all.hint.push_back(static_cast<std::uint8_t>(pass.is_unreachable(row) ? Status::unreachable : Status::not_found));
+    const bool unreachable = pass.is_unreachable(row);
+    all.hint.push_back(static_cast<std::uint8_t>(unreachable ? Status::unreachable : Status::not_found));
+    Evidence& evidence = all.evidence.emplace_back();
+    evidence.method = unreachable ? Ground::bounds : Ground::closed_form;
+    evidence.weak = false;
     all.singular.push_back(singular);
   }
   return all;

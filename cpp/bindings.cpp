@@ -144,6 +144,32 @@ nb::object evaluations_of(nb::handle owner, const Table& table) {
   return counts.cast();
 }
 
+// The rows of Evidence as NumPy knows them.
+nb::object evidence_type() {
+  nb::list fields;
+  for (auto [name, kind] : {std::pair{"root_gap", "f8"}, {"root_margin", "f8"}, {"real_roots", "i4"},
+                            {"complex_roots", "i4"}, {"method", "u1"}, {"weak", "?"}})
+    fields.append(nb::make_tuple(name, kind));
+  return nb::module_::import_("numpy").attr("dtype")(fields);
+}
+
+nb::object evidence_rows(const Evidence* from, size_t count) {
+  auto bytes = owned_array<std::uint8_t>({count * EVIDENCE_BYTES});
+  for (size_t i = 0; i < count; ++i) std::memcpy(bytes.data() + i * EVIDENCE_BYTES, from + i, EVIDENCE_BYTES);
+  return bytes.cast().attr("view")(evidence_type());
+}
+
+nb::object evidence_of(const Table& table) {
+  if (table.evidence.size()) return evidence_rows(table.evidence.data(), static_cast<size_t>(table.poses()));
+  std::vector<Evidence> rows(static_cast<size_t>(table.poses()));
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const Status status = static_cast<Status>(table.status[static_cast<long>(i)]);
+    rows[i].method = status == Status::unreachable ? Ground::bounds : table.method;
+    rows[i].weak = rows[i].method < Ground::closed_form || status == Status::not_found;
+  }
+  return evidence_rows(rows.data(), rows.size());
+}
+
 // What a method counted under this name; -1 where it did not.
 nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   for (const auto& [known, column] : table.columns)
@@ -151,12 +177,6 @@ nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   auto none = owned_array<std::int64_t>({static_cast<size_t>(table.poses())});
   std::fill_n(none.data(), table.poses(), std::int64_t{-1});
   return none.cast();
-}
-
-nb::object measure_of(nb::handle owner, const Table& table, const std::string& name) {
-  for (const auto& [known, column] : table.measures)
-    if (known == name) return view<double>(owner, column, {static_cast<size_t>(column.size())});
-  return nb::none();
 }
 
 using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
@@ -294,7 +314,8 @@ nb::object rows(const Candidates& found, int dof) {
   const size_t count = found.branch.size(), poses = found.hint.size();
   return nb::make_tuple(copied<double>(found.q, {count, static_cast<size_t>(dof)}),
                         copied<std::int64_t>(found.pose_index, {count}), copied<std::int32_t>(found.branch, {count}),
-                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}));
+                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}),
+                        evidence_rows(found.evidence.data(), poses));
 }
 
 nb::object propose_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed) {
@@ -443,6 +464,7 @@ NB_MODULE(_core, m) {
   // Robots and solvers kept in a script's globals outlive the interpreter's clean-up: no reason to
   // print a warning on the user's terminal.
   nb::set_leak_warnings(false);
+  m.attr("EVIDENCE") = evidence_type();
   m.def("set_threads", &set_thread_count, "count"_a);
   m.def("threads", &thread_count);
   m.def("instruction_sets", [] {
@@ -529,16 +551,7 @@ NB_MODULE(_core, m) {
                      return view<double>(self, t.interval_high, {static_cast<size_t>(t.interval_pose.size())});
                    })
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
-      .def("counter",
-           [](nb::handle_t<Table> self, const std::string& name) {
-             return counter_of(self, nb::cast<const Table&>(self), name.c_str());
-           },
-           "name"_a)
-      .def("measure",
-           [](nb::handle_t<Table> self, const std::string& name) {
-             return measure_of(self, nb::cast<const Table&>(self), name);
-           },
-           "name"_a)
+      .def_prop_ro("evidence", &evidence_of)
       .def_prop_ro("iterations",
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "iterations"); })
       .def_prop_ro("starts",

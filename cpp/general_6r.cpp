@@ -35,14 +35,6 @@ struct Root {
   bool exact, verified, inside, singular;
 };
 
-// Of the elimination that was trusted, or of the first if none was.
-struct Evidence {
-  int polished = 0;  // starts of the Newton iteration, of all eliminations
-  int real = 0;
-  double gap = TWO_PI, off_circle = 1e300, noise = 1.0;
-  bool weak = true;
-};
-
 // One pose: the union of what several eliminations find.
 class Pose {
  public:
@@ -214,7 +206,8 @@ class Pass {
         pose_(chain_, arm.size) {}
   Pass(const Pass&) = delete;
 
-  // All solutions of one pose; returns what an empty answer means.
+  // All solutions of one pose; returns what an empty answer means. The evidence is that of the
+  // elimination that was trusted (that showed there is nothing), or of the first if none was.
   Status find(const double* T, const double* seed, Evidence& evidence) {
     const double* reference = middle_.data();
     if (seed) {
@@ -222,31 +215,43 @@ class Pass {
       reference = storage_.data();
     }
     pose_.clear();
+    polished_ = 0;
     evidence = Evidence{};
     if (is_beyond_reach(T)) {
+      evidence.method = Ground::bounds;
       evidence.weak = false;
       return Status::unreachable;
     }
+    evidence.method = arm_.eliminations ? Ground::elimination : Ground::search;
     bool shown = false;
     for (int k = 0; k < arm_.eliminations; ++k) {
       RootBlock block;
       kernels_.general_6r_pose(chain_, arm_, k, tolerances_, T, reference, block);
       pose_.merge(block);
-      evidence.polished += block.candidates;
+      polished_ += block.candidates;
       const bool weak = is_weak(arm_.elimination[k], block, pose_.exact());
       const double moved = std::max(tolerances_.position / arm_.size, tolerances_.rotation);
       const double margin = std::max({MARGIN, 20.0 * std::sqrt(moved), 100.0 * std::sqrt(arm_.elimination[k].disturbance)});
-      shown = shown || (!weak && !block.real && block.off_circle > margin && block.blur < 0.1 * margin);
-      if (k == 0 || (evidence.weak && !weak)) {
-        evidence = {evidence.polished, block.real, block.gap, block.off_circle, block.noise, weak};
+      const bool shows = !weak && !block.real && block.off_circle > margin && block.blur < 0.1 * margin;
+      if (k == 0 || (evidence.weak && !weak) || (shows && !shown)) {
+        evidence.root_gap = block.gap;
+        evidence.root_margin = block.complex ? block.off_circle : std::numeric_limits<double>::infinity();
+        evidence.real_roots = block.real;
+        evidence.complex_roots = block.complex;
+        evidence.weak = weak;
       }
+      shown = shown || shows;
       // that there is nothing at all is not left to one elimination
       if (!weak && (pose_.count() || k > 0)) break;
     }
-    if (evidence.weak || !pose_.exact()) evidence.polished += search(T, reference);
+    if (evidence.weak || !pose_.exact()) polished_ += search(T, reference);
     pose_.finish(arm_.eliminations ? arm_.elimination[0].joint[C] : 0);
-    return shown && !pose_.count() ? Status::unreachable : Status::not_found;
+    if (shown && !pose_.count()) return Status::unreachable;
+    evidence.weak = evidence.weak || !pose_.count();
+    return Status::not_found;
   }
+  // starts of the Newton iteration for the last pose
+  int polished() const { return polished_; }
 
   const Pose& pose() const { return pose_; }
 
@@ -256,12 +261,8 @@ class Pass {
       Evidence evidence;
       const Status unsolved = find(T + 16 * i, seed, evidence);
       write(seed, unsolved, table);
-      table.evaluations.push(evidence.polished);
-      table.columns[0].second.push(evidence.real);
-      table.columns[1].second.push(evidence.weak);
-      table.measures[0].second.push(evidence.gap);
-      table.measures[1].second.push(evidence.off_circle);
-      table.measures[2].second.push(evidence.noise);
+      table.evaluations.push(polished_);
+      table.evidence.push(evidence);
     }
   }
 
@@ -341,6 +342,7 @@ class Pass {
   const std::vector<double> middle_;
   std::vector<double> storage_;
   const double reach_;
+  int polished_ = 0;
   Pose pose_;
 };
 
@@ -479,17 +481,11 @@ void General6RSolver::choose() {
 Table General6RSolver::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   std::vector<Table> parts;
   const long most_parts = parts_of(poses, 16);
-  auto empty = [](long part_poses) {
-    Table table(6, part_poses, part_poses * 8);
-    for (const char* name : {"real_roots", "weak"}) table.columns.emplace_back(name, Buffer<std::int64_t>());
-    for (const char* name : {"root_gap", "root_margin", "root_noise"}) table.measures.emplace_back(name, Buffer<double>());
-    return table;
-  };
-  for (long p = 0; p < most_parts; ++p) parts.push_back(empty(0));
+  for (long p = 0; p < most_parts; ++p) parts.emplace_back(6, 0, 0);
   const General6R arm{static_cast<int>(eliminations_.size()), size_, eliminations_.data(), &trig_tables()};
   run_parts(poses, most_parts, [&](long first, long last, long part) {
     Table& table = parts[static_cast<size_t>(part)];
-    table = empty(last - first);
+    table = Table(6, last - first, (last - first) * 8);
     Pass(chain_.view(), arm, exact_, choice).run(T + 16 * first, last - first, seeds.from(first, 6), table);
   });
   for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
@@ -501,7 +497,7 @@ Candidates General6RSolver::propose(const double* T, long poses, const Seeds& se
   Pass pass(chain_.view(), arm, exact_, choice);
   Candidates all;
   for (long i = 0; i < poses; ++i) {
-    Evidence evidence;
+    Evidence& evidence = all.evidence.emplace_back();
     all.hint.push_back(static_cast<std::uint8_t>(pass.find(T + 16 * i, seeds.of(i, 6), evidence)));
     const Pose& found = pass.pose();
     auto add = [&](const Root& r, int branch) {

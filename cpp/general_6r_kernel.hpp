@@ -409,7 +409,7 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
 
   // candidates by angle
   int count = 0;
-  block.real = block.strayed = 0;
+  block.real = block.complex = block.strayed = 0;
   block.off_circle = 1e300;
   double reals[TRIG_ROOTS];
   bool is_real[TRIG_ROOTS];
@@ -421,6 +421,7 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     store(one, atan2(Pack<1>(im[k]), Pack<1>(re[k])));
     const bool real = distance < ON_CIRCLE;
     if (real) reals[block.real++] = one[0];
+    block.complex += !real;
     if (!real && distance < block.off_circle) block.off_circle = distance;
     if (distance > (e.disturbance > 0.0 ? NEAR_CIRCLE_DISTURBED : NEAR_CIRCLE)) continue;
     // a pair beside the circle may be two real roots that the rounding pushed off it: try both sides

@@ -57,6 +57,7 @@ struct RootBlock {
   unsigned exact, verified, inside, singular;
   int candidates;     // roots on or near the unit circle, polished
   int real;           // roots on the unit circle within rounding
+  int complex;        // the others
   int strayed;        // of these, how many were polished into something else
   double gap;         // smallest between neighbouring real roots [rad]
   double off_circle;  // smallest |log |root|| of the others

@@ -586,10 +586,12 @@ Table in_parts(long poses, long least_part, Work work) {
 }  // namespace
 
 Table Redundant::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
-  return in_parts(poses, 4, [&](Table& table, long first, long last) {
+  Table table = in_parts(poses, 4, [&](Table& table, long first, long last) {
     Sweep sweep(chain_.view(), spec_, exact_, choice, table);
     for (long pose = first; pose < last; ++pose) sweep.run(T + 16 * pose, seeds.of(pose, DOF));
   });
+  table.method = Ground::sweep;
+  return table;
 }
 
 Table Redundant::solve_at(const double* T, const double* value, long poses, const Seeds& seeds,
@@ -599,6 +601,7 @@ Table Redundant::solve_at(const double* T, const double* value, long poses, cons
         .run(T + 16 * first, value + first, last - first, seeds.from(first, DOF));
   });
   table.evaluations_each = MAX_BRANCHES;
+  table.method = Ground::closed_form;
   return table;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "chain.hpp"
+#include "evidence.hpp"
 
 namespace kinverse {
 
@@ -149,7 +150,7 @@ class Table {
     join(status, other.status);
     not_found += other.not_found;
     for (size_t c = 0; c < columns.size(); ++c) join(columns[c].second, other.columns[c].second);
-    for (size_t c = 0; c < measures.size(); ++c) join(measures[c].second, other.measures[c].second);
+    join(evidence, other.evidence);
   }
 
   Buffer<double> q, position_error, rotation_error, best_q, best_position_error, best_rotation_error;
@@ -158,8 +159,9 @@ class Table {
   Buffer<std::int64_t> evaluations;  // per pose; empty: evaluations_each for every pose
   Buffer<std::int32_t> branch, interval_branch;
   Buffer<std::uint8_t> status, singular;
+  Buffer<Evidence> evidence;  // per pose; empty: as `method` and status say
+  Ground method = Ground::search;
   std::vector<std::pair<std::string, Buffer<std::int64_t>>> columns;  // what a method counts besides
-  std::vector<std::pair<std::string, Buffer<double>>> measures;       // and what it measures
   std::int64_t evaluations_each = 0;
   std::int64_t not_found = 0;  // how many poses have this status
 

@@ -47,12 +47,13 @@ struct PoseFacts {
   bool representative = false;
 };
 
-// Rows q with the pose and branch of each; hint and singular per pose.
+// Rows q with the pose and branch of each; hint, singular and evidence per pose.
 struct Candidates {
   std::vector<double> q;
   std::vector<std::int64_t> pose_index;
   std::vector<std::int32_t> branch;
   std::vector<std::uint8_t> hint, singular;
+  std::vector<Evidence> evidence;
 };
 
 // Which free joints may be turned by whole turns without moving the arm.

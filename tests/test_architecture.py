@@ -42,6 +42,7 @@ RANKS = {
     "ranking": 2,
     "loading": 3,
     "load": 3,
+    "evidence": 3,
     "solutions": 3,
     "verify": 4,
     "learning": 4,
@@ -63,6 +64,7 @@ BESIDE = {
     ("robot", "dh_table"),  # Robot.to_dh
     ("dh_table", "dh"),
     ("ranking", "table"),
+    ("solutions", "evidence"),
     ("ranking", "task"),
     ("load", "loading"),
     ("robot_class", "singularities"),

@@ -218,12 +218,17 @@ def test_poses_out_of_reach_are_shown_to_be_and_no_reachable_one_is():
 def test_evidence_is_given_for_each_pose():
     robot = kv.load("jaco2")
     _, T = poses_of(robot, 100, seed=7)
-    table = kv.Analytic(limits="ignore").fit(robot).solve(T)._table
-    assert (table.counter("real_roots") >= 0).all() and table.counter("weak").mean() < 0.05
-    strong = table.counter("weak") == 0
-    assert (table.counter("real_roots") == table.count)[strong].all()
-    assert (table.measure("root_gap") > 0).all() and (table.measure("root_margin") > 0).all()
-    assert (table.evaluations > 0).all()
+    s = kv.Analytic(limits="ignore").fit(robot).solve(T)
+    evidence = s.stats.evidence
+    assert (evidence.method == "elimination").all() and evidence.weak.mean() < 0.05
+    assert (evidence.real_roots == s.count)[~evidence.weak].all()
+    assert (evidence.real_roots + evidence.complex_roots == 16).all()
+    assert (evidence.root_gap > 0).all() and (evidence.root_margin > 0).all()
+    assert (s.stats.evaluations > 0).all()
+    # the gap is that of one joint's angle, so no more than that of the solutions
+    for i in range(20):
+        apart_most = [apart(robot, np.delete(s[i].q, k, 0), q).min() for k, q in enumerate(s[i].q)]
+        assert evidence.weak[i] or evidence.root_gap[i] <= min(apart_most) + 1e-9
 
 
 def test_limits_seeds_and_windings_are_those_of_every_solver():

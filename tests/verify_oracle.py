@@ -6,7 +6,7 @@ Has the signature and the answer of ``kernels.verify``; mimic joints are not cov
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinverse.table import Table
+from kinverse.table import Table, plain_evidence
 
 SLACK = 1e-9
 TURN = 2 * np.pi
@@ -57,6 +57,7 @@ def verify(robot, task, T, q, pose_index, branch, hint, q_seed, tol_p, tol_r, wi
         best_q=best_q,
         best_position_error=best[:, 0].copy(),
         best_rotation_error=best[:, 1].copy(),
+        evidence=plain_evidence("search", poses),
     )
 
 

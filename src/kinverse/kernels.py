@@ -4,6 +4,7 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 """
 
 from kinverse._core import (
+    EVIDENCE,
     Chain,
     ClosedForm,
     GeneralForm,
@@ -19,6 +20,7 @@ from kinverse._core import (
 )
 
 __all__ = [
+    "EVIDENCE",
     "Chain",
     "ClosedForm",
     "GeneralForm",

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import ranking, se3
 from kinverse.errors import InputError, NoSolution
+from kinverse.evidence import Evidence
 from kinverse.status import STOPS, Status
 from kinverse.table import TableLike, kept, replaced, taken
 from kinverse.task import Task
@@ -84,13 +85,9 @@ class Stats:
         return self._table.singular
 
     @property
-    def evidence(self) -> NDArray[np.str_]:
-        """(N,) what each status rests on.
-
-        "measured": forward kinematics of candidates; "shown": no joint values can do it;
-        "searched": nothing found and nothing shown.
-        """
-        return np.array(["measured", "measured", "shown", "searched"])[self._table.status]
+    def evidence(self) -> Evidence:
+        """What each status rests on, and whether solutions may be missing."""
+        return Evidence(self._table)
 
     @property
     def best_q(self) -> Array:

@@ -2,7 +2,11 @@
 
 from enum import IntEnum
 
-__all__ = ["STOPS", "Status"]
+__all__ = ["METHODS", "STOPS", "Status"]
+
+METHODS = ("search", "sweep", "closed form", "elimination", "bounds")
+"""What found the solutions of a pose, or showed that there are none, in the native core's order;
+``Evidence.method`` says what each is worth."""
 
 STOPS = ("residual", "step", "jacobian", "stalled", "iterations", "diverged", "limits")
 """Why the start of an iteration ended, in the native core's order: the residual, the step or the

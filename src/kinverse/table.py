@@ -7,7 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.status import Status
+from kinverse import kernels
+from kinverse.status import METHODS, Status
 
 __all__ = [
     "PER_INTERVAL",
@@ -18,6 +19,7 @@ __all__ = [
     "has_not_found",
     "kept",
     "merged",
+    "plain_evidence",
     "replaced",
     "taken",
 ]
@@ -25,6 +27,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Records = NDArray[np.void]
 
 PER_SOLUTION = ("q", "pose_index", "position_error", "rotation_error", "branch")
 PER_INTERVAL = ("interval_pose", "interval_branch", "interval_low", "interval_high")
@@ -39,6 +42,7 @@ PER_POSE = (
     "best_q",
     "best_position_error",
     "best_rotation_error",
+    "evidence",
 )
 
 
@@ -106,6 +110,10 @@ class TableLike(Protocol):
         """(N,) [rad]."""
 
     @property
+    def evidence(self) -> Records:
+        """(N,) rows of ``kernels.EVIDENCE``."""
+
+    @property
     def interval_pose(self) -> Ints:
         """(K,) ascending."""
 
@@ -141,6 +149,7 @@ class Table:
     best_q: Array
     best_position_error: Array
     best_rotation_error: Array
+    evidence: Records
     interval_pose: Ints = field(default_factory=lambda: np.empty(0, np.int64))
     interval_branch: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
     interval_low: Array = field(default_factory=lambda: np.empty(0))
@@ -149,6 +158,16 @@ class Table:
     def __post_init__(self) -> None:
         for name in PER_SOLUTION + PER_POSE + PER_INTERVAL:
             getattr(self, name).flags.writeable = False
+
+
+def plain_evidence(method: str, poses: int) -> Records:
+    """The evidence of a method that counts no roots, one row a pose."""
+    rows = np.zeros(poses, kernels.EVIDENCE)
+    rows["method"] = METHODS.index(method)
+    rows["real_roots"] = rows["complex_roots"] = -1
+    rows["root_gap"] = rows["root_margin"] = np.nan
+    rows["weak"] = method in ("search", "sweep")
+    return rows
 
 
 def has_not_found(table: TableLike) -> bool:

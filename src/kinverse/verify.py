@@ -76,6 +76,7 @@ class Proposal:
         exact: the error [m, rad] that rounding explains, for methods that are exact: candidates
             with more count only for poses that have none with less.
         intervals: (K,) arrays pose, branch, low, high: see ``Solutions.intervals``; None: none.
+        evidence: (N,) rows of ``kernels.EVIDENCE``: what the proposal rests on; None: a search.
     """
 
     q: Array
@@ -86,6 +87,7 @@ class Proposal:
     singular: NDArray[np.bool_] | None = None
     exact: float = float("inf")
     intervals: tuple[NDArray[Any], ...] | None = None
+    evidence: NDArray[np.void] | None = None
 
 
 def verify(
@@ -159,6 +161,10 @@ def verify_table(
     if proposal.evaluations is not None:
         evaluations = _array("evaluations", proposal.evaluations, np.int64, (poses,))
         changes["evaluations"] = evaluations
+    if proposal.evidence is not None:
+        evidence = _array("evidence", proposal.evidence, kernels.EVIDENCE, (poses,)).copy()
+        evidence["weak"] |= table.status == Status.NOT_FOUND
+        changes["evidence"] = evidence
     if proposal.intervals is not None:
         rows = len(proposal.intervals[0])
         kinds = (np.int64, np.int32, np.float64, np.float64)

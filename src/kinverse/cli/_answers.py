@@ -104,6 +104,7 @@ class Answers:
                 if not count:
                     record["reason"] = kv.Status(int(part.status[i])).text
                     record["best"] = self._best(part, i)
+                    record["evidence"] = part.stats.evidence[i]
                 yield record
 
     def _solution(self, part: "Solutions", k: int) -> dict[str, Any]:
@@ -218,7 +219,10 @@ class Answers:
             out.print(f"skipped {len(self.given.problems)} broken rows")
         for _, record in zip(range(1), self.poses(), strict=False):
             best = record.get("best")
-            if not best or len(self.given.T) != 1:
+            if record["solutions"] or len(self.given.T) != 1:
+                continue
+            out.print("it rests on", record["evidence"], markup=False)
+            if not best:
                 continue
             if record["status"] == "OUT_OF_LIMITS":
                 out.print("nearest candidate:", "; ".join(best["outside_limits"]), markup=False)

@@ -340,7 +340,7 @@ class Analytic(Solver):
             return self.parallel_arm_.propose(T, q_seed, *tolerances, self._exact)
         if self.extension_ is not None:
             return self.extension_.propose(self._form, T, self._exact)
-        q, pose_index, branch, hint, singular = self._form.propose(T, q_seed)
+        q, pose_index, branch, hint, singular, evidence = self._form.propose(T, q_seed)
         return Proposal(
             q=q,
             pose_index=pose_index,
@@ -349,6 +349,7 @@ class Analytic(Solver):
             evaluations=np.bincount(pose_index, minlength=len(T)),
             singular=singular,
             exact=self._exact,
+            evidence=evidence,
         )
 
 
@@ -386,4 +387,5 @@ def _proposal(table: TableLike) -> Proposal:
         evaluations=table.evaluations,
         singular=table.singular,
         intervals=tuple(getattr(table, name) for name in PER_INTERVAL),
+        evidence=table.evidence,
     )

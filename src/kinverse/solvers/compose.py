@@ -122,10 +122,12 @@ class FirstOf(Solver):
         changes["interval_branch"] = (later.interval_branch + labels).astype(np.int32)
         changes["evaluations"] = later.evaluations + table.evaluations[open_]
         changes["singular"] = later.singular | table.singular[open_]
-        # a pose that stays open keeps the better of its best candidates
+        # a pose that stays open keeps the evidence that says more, and the better best candidate
+        still = later.status == Status.NOT_FOUND
+        changes["evidence"] = np.where(still, table.evidence[open_], later.evidence)
         settings = self.settings_
         keep = _badness(table, open_, settings) < _badness(later, slice(None), settings)
-        keep &= later.status == Status.NOT_FOUND
+        keep &= still
         for name in ("best_q", "best_position_error", "best_rotation_error"):
             mine, theirs = getattr(table, name)[open_], getattr(later, name)
             changes[name] = np.where(keep[:, None] if mine.ndim == 2 else keep, mine, theirs)
@@ -190,7 +192,13 @@ class Seeded(Solver):
         starts = np.ascontiguousarray(rough.q, dtype=np.float64)
         q = refine._refine(np.ascontiguousarray(T[rough.pose_index]), starts)
         return Proposal(
-            q, rough.pose_index, rough.branch, rough.hint, rough.evaluations, rough.singular
+            q,
+            rough.pose_index,
+            rough.branch,
+            rough.hint,
+            rough.evaluations,
+            rough.singular,
+            evidence=rough.evidence,
         )
 
 

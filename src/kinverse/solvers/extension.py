@@ -62,10 +62,11 @@ class Extension:
         if self.turn is not None:
             T = np.ascontiguousarray(T @ self.turn)
         if not len(self.standing):
-            q, index, branch, hint, singular = form.propose(T, None)
+            q, index, branch, hint, singular, evidence = form.propose(T, None)
         else:
             table = form.solve(T, None, 0)
             q, index, branch, singular = table.q, table.pose_index, table.branch, table.singular
+            evidence = table.evidence
             hint = np.where(self._shown_unreachable(table), Status.UNREACHABLE, Status.NOT_FOUND)
         return Proposal(
             q=np.ascontiguousarray(q[:, self.columns]),
@@ -75,6 +76,7 @@ class Extension:
             evaluations=np.bincount(index, minlength=len(T)),
             singular=singular,
             exact=exact,
+            evidence=evidence,
         )
 
     def _shown_unreachable(self, table: Any) -> NDArray[np.bool_]:
@@ -82,7 +84,7 @@ class Extension:
         moved = np.abs(np.remainder(table.q[:, self.standing] + np.pi, 2 * np.pi) - np.pi)
         least = np.full(len(table.status), np.inf)
         np.minimum.at(least, table.pose_index, moved.max(axis=1, initial=0.0))
-        sound = (table.counter("weak") == 0) & (table.measure("root_gap") > CLEAR_GAP)
+        sound = ~table.evidence["weak"] & (table.evidence["root_gap"] > CLEAR_GAP)
         shown = table.status == Status.UNREACHABLE
         return np.asarray(shown | (sound & (table.count > 0) & (least > STANDING)))
 

@@ -15,10 +15,12 @@ from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Solver
 from kinverse.status import Status
+from kinverse.table import plain_evidence
 
 __all__ = ["HeldJoint", "end_removed"]
 
 Array = NDArray[np.float64]
+Records = NDArray[np.void]
 
 SAMPLES = 64
 """Values of the joint that a sweep looks at first."""
@@ -60,19 +62,20 @@ class HeldJoint:
     def propose_at(self, T: Array, values: Array, q_seed: Array | None) -> Proposal:
         """Every branch of poses (N, 4, 4) at values (N,)."""
         if self._fixed is not None and len(T):
-            rows, index_, number, flags = self._branches(T, values, q_seed)
-            return _ordered(rows, index_, number, flags)
+            return _ordered(*self._branches(T, values, q_seed))
         q, index, branch = [np.empty((0, 7))], [np.empty(0, np.int64)], [np.empty(0, np.int32)]
         singular = np.zeros(len(T), np.bool_)
+        evidence = plain_evidence("search", len(T))
         for value in np.unique(values):
             where = np.flatnonzero(values == value)
             near = None if q_seed is None else q_seed[where]
-            rows, poses, number, flags = self._branches(T[where], float(value), near)
+            rows, poses, number, flags, records = self._branches(T[where], float(value), near)
             q.append(rows)
             index.append(where[poses])
             branch.append(number)
-            singular[where] = flags
-        return _ordered(np.concatenate(q), np.concatenate(index), np.concatenate(branch), singular)
+            singular[where], evidence[where] = flags, records
+        rows, poses, number = np.concatenate(q), np.concatenate(index), np.concatenate(branch)
+        return _ordered(rows, poses, number, singular, evidence)
 
     def propose(self, T: Array, q_seed: Array | None) -> Proposal:
         """One solution of each interval that a sweep finds, and the intervals."""
@@ -90,7 +93,7 @@ class HeldJoint:
                     value = 0.5 * (low + high)
                     if near is not None:
                         value = self._nearest(one, number, low, high, near[0])
-                    rows, _, numbers, flags = self._branches(one, value, near)
+                    rows, _, numbers, flags, _ = self._branches(one, value, near)
                     kept = numbers == number if self.lasting else numbers >= 0
                     q.append(rows[kept])
                     index.append(np.full(kept.sum(), pose))
@@ -100,9 +103,9 @@ class HeldJoint:
         columns = list(zip(*found, strict=True)) or [(), (), (), ()]
         kinds = (np.int64, np.int32, np.float64, np.float64)
         intervals = tuple(np.array(c, dtype=k) for c, k in zip(columns, kinds, strict=True))
-        return _ordered(
-            np.concatenate(q), np.concatenate(index), np.concatenate(branch), singular, intervals
-        )
+        rows, poses, numbers = np.concatenate(q), np.concatenate(index), np.concatenate(branch)
+        evidence = plain_evidence("sweep", len(T))
+        return _ordered(rows, poses, numbers, singular, evidence, intervals)
 
     def _arm(self, value: float) -> Solver | None:
         """The solver of what remains at a value; None where it has no closed form."""
@@ -123,12 +126,12 @@ class HeldJoint:
 
     def _branches(
         self, T: Array, value: float | Array, q_seed: Array | None
-    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int32], NDArray[np.bool_]]:
-        """Joint values, pose and branch of each solution, and which poses are singular."""
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int32], NDArray[np.bool_], Records]:
+        """Joint values, pose and branch of each solution; singular and evidence of each pose."""
         arm = self._fixed or self._arm(float(value))
         if arm is None:
-            none = np.zeros(len(T), np.bool_)
-            return np.empty((0, 7)), np.empty(0, np.int64), np.empty(0, np.int32), none
+            nothing = np.empty((0, 7)), np.empty(0, np.int64), np.empty(0, np.int32)
+            return *nothing, np.zeros(len(T), np.bool_), plain_evidence("search", len(T))
         near = None
         if q_seed is not None:
             near = np.ascontiguousarray(np.delete(q_seed, self.joint, axis=1))
@@ -139,7 +142,8 @@ class HeldJoint:
         index = np.concatenate([s.pose_index, outside])
         branch = np.concatenate([s.branch, np.full(len(outside), -1, np.int32)])
         column = np.broadcast_to(value, (len(T),))[index]
-        return np.insert(q, self.joint, column, axis=1), index, branch, s.stats.singular
+        q = np.insert(q, self.joint, column, axis=1)
+        return q, index, branch, s.stats.singular, s.stats.evidence.records
 
     def _target(self, T: Array, value: float | Array) -> Array:
         """Where the arm that remains has to go."""
@@ -155,7 +159,7 @@ class HeldJoint:
 
     def _exists(self, T: Array, value: float) -> set[tuple[int, int]]:
         """(pose, branch) of the solutions inside the limits at a value."""
-        _, index, branch, _ = self._branches(T, value, None)
+        _, index, branch, _, _ = self._branches(T, value, None)
         number = branch if self.lasting else np.minimum(branch, ANY)
         rows = zip(index[branch >= 0], number[branch >= 0], strict=True)
         return {(int(i), int(b)) for i, b in rows}
@@ -187,7 +191,7 @@ class HeldJoint:
         """The value in an interval whose solution is nearest to the seed, by golden section."""
 
         def away(value: float) -> float:
-            rows, _, numbers, _ = self._branches(T, value, q_seed[None])
+            rows, _, numbers, _, _ = self._branches(T, value, q_seed[None])
             rows = rows[numbers == branch if self.lasting else numbers >= 0]
             return float(np.abs(rows - q_seed).max(axis=1).min()) if len(rows) else np.inf
 
@@ -224,6 +228,7 @@ def _ordered(
     index: NDArray[np.int64],
     branch: NDArray[np.int32],
     singular: NDArray[np.bool_],
+    evidence: Records,
     intervals: tuple[NDArray[np.int64], ...] | None = None,
 ) -> Proposal:
     order = np.argsort(index, kind="stable")
@@ -233,4 +238,5 @@ def _ordered(
         branch=branch[order],
         singular=singular,
         intervals=intervals,
+        evidence=evidence,
     )
