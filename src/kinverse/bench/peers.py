@@ -19,10 +19,16 @@ from kinverse.bench import oracle
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Eaik", "OptIK", "Rtb", "installed"]
+__all__ = ["Eaik", "Ikdh", "OptIK", "Rtb", "SsikJaco2", "installed"]
 
 Array = NDArray[np.float64]
-PACKAGES = {"eaik": "eaik", "rtb": "roboticstoolbox-python", "optik": "optik-py"}
+PACKAGES = {
+    "eaik": "eaik",
+    "rtb": "roboticstoolbox-python",
+    "optik": "optik-py",
+    "ikdh": "ikdh",
+    "ssik": "ssik",
+}
 
 
 def installed() -> dict[str, str]:
@@ -115,7 +121,96 @@ class OptIK:
         return self._nothing if answer is None else np.asarray(answer[0])
 
 
-def _check(peer: "Eaik | Rtb | OptIK", robot: "Robot") -> None:
+class Ikdh:
+    """IKDH: all solutions of a general 6R arm by Husty and Pfurner's algebra (Refalo, Capco)."""
+
+    def __init__(self, robot: "Robot") -> None:
+        import ikdh
+
+        table = robot.to_dh("standard")
+        rows = [np.asarray(row).tolist() for row in (table.a, table.d, table.alpha, table.theta)]
+        self._before, self._behind = np.linalg.inv(table.base), np.linalg.inv(table.tool)
+        self._dh = ikdh.DHTable(*rows)
+        self._forward = ikdh.forward_kin
+        _check(self, robot)
+        # degrees, and targets of the table's own frames: see targets
+        self.one: Any = ikdh.Solver(self._dh).solve
+
+    def fk(self, q: Array) -> Array:
+        """(n,) to (4, 4)."""
+        inner = np.asarray(self._forward(self._dh, np.degrees(q)))
+        return np.asarray(np.linalg.inv(self._before) @ inner @ np.linalg.inv(self._behind))
+
+    def targets(self, T: Array) -> list[Array]:
+        """What ``one`` takes for poses (N, 4, 4): made before the clock runs."""
+        return list(np.ascontiguousarray(self._before @ T @ self._behind))
+
+    def joints(self, answer: Any) -> Array:
+        """An answer of ``one`` as (K, n) [rad]."""
+        return np.radians(np.asarray(answer, dtype=float).reshape(-1, 6))
+
+
+class SsikJaco2:
+    """ssik: the prebuilt artifact of the Kinova Jaco2, by its native backend (Srinivasa).
+
+    Its arm is an edition of the Jaco2 with lateral offsets of its own: ``robot`` is that arm.
+    """
+
+    def __init__(self) -> None:
+        import ssik._native as native
+        from ssik.prebuilt.kinova import jaco2_ik
+
+        from kinverse.robot import Robot
+
+        if not native.native_available():
+            raise ModuleNotFoundError("ssik's native backend is not in this build")
+        self._forward = jaco2_ik.fk
+        self._solve = jaco2_ik.solve
+        frames, before = [], np.eye(4)
+        for joint in jaco2_ik._KB.joints:
+            turned = _turned_to(np.asarray(joint.axis))
+            frames.append(before @ np.asarray(joint.T_left) @ turned)
+            before = np.linalg.inv(turned) @ np.asarray(joint.T_right)
+        # six digits of a model file: rounded to what a rotation is
+        rigid = np.array([_orthonormal(frame) for frame in [*frames, before]])
+        self.robot = Robot(rigid, "R" * 6, [(-np.pi, np.pi)] * 6, name="jaco2 of ssik")
+        _check(self, self.robot)
+
+    def fk(self, q: Array) -> Array:
+        """(n,) to (4, 4)."""
+        return np.asarray(self._forward(q))
+
+    def one(self, T: Array) -> Any:
+        """Every branch, limits ignored, no whole turns: the quickest of its calls."""
+        return self._solve(T, respect_limits=False, enumerate_windings=False)
+
+    def targets(self, T: Array) -> list[Array]:
+        """What ``one`` takes."""
+        return list(T)
+
+    def joints(self, answer: Any) -> Array:
+        """An answer of ``one`` as (K, n) [rad]."""
+        return np.array([found.q for found in answer]).reshape(-1, 6)
+
+
+def _turned_to(axis: Array) -> Array:
+    """A rotation (4, 4) that carries z to an axis."""
+    z = axis / np.linalg.norm(axis)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    return T
+
+
+def _orthonormal(T: Array) -> Array:
+    left, _, right = np.linalg.svd(T[:3, :3])
+    rigid = T.copy()
+    rigid[:3, :3] = left @ right
+    return rigid
+
+
+def _check(peer: "Eaik | Ikdh | OptIK | Rtb | SsikJaco2", robot: "Robot") -> None:
     low, high = robot.limits.T
     q = np.random.default_rng(5).uniform(low, high, (20, robot.dof))
     for values, T in zip(q, oracle.pose(robot, q), strict=True):
