@@ -10,7 +10,15 @@ from rich.console import Console
 from kinverse import kernels
 from kinverse.bench import report
 from kinverse.bench.report import Line
-from kinverse.bench.sections import closed_form, fitting, general, general_speed, importing, speed
+from kinverse.bench.sections import (
+    closed_form,
+    fitting,
+    general,
+    general_speed,
+    importing,
+    seven,
+    speed,
+)
 
 SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "closed_form": closed_form.complete,
@@ -18,6 +26,8 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "unreachable": closed_form.unreachable,
     "general": general.complete,
     "branch_sets": general.branch_sets,
+    "seven": seven.at_values,
+    "sweeps": seven.sweeps,
     "fit_time": fitting.fit_time,
     "general_speed": general_speed.compare,
     "closed_form_speed": speed.closed_form,

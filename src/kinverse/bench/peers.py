@@ -147,7 +147,8 @@ class Ikdh:
 
     def joints(self, answer: Any) -> Array:
         """An answer of ``one`` as (K, n) [rad]."""
-        return np.radians(np.asarray(answer, dtype=float).reshape(-1, 6))
+        degrees: Array = np.asarray(answer, dtype=np.float64).reshape(-1, 6)
+        return np.asarray(np.radians(degrees))
 
 
 class SsikJaco2:
