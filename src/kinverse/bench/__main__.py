@@ -16,6 +16,8 @@ from kinverse.bench.sections import (
     general,
     general_speed,
     importing,
+    pairs,
+    reach,
     seven,
     speed,
 )
@@ -26,6 +28,9 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "unreachable": closed_form.unreachable,
     "general": general.complete,
     "branch_sets": general.branch_sets,
+    "around": reach.around,
+    "rank_deficient": reach.rank_deficient,
+    "quaternion_pairs": pairs.quaternion_pairs,
     "seven": seven.at_values,
     "sweeps": seven.sweeps,
     "fit_time": fitting.fit_time,

@@ -11,7 +11,7 @@ from kinverse.bench import geometry, oracle
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["SINGULAR", "SPECIAL", "beyond", "path", "rank_deficient", "reachable"]
+__all__ = ["SINGULAR", "SPECIAL", "around", "beyond", "path", "rank_deficient", "reachable"]
 
 Array = NDArray[np.float64]
 SEED = 0x6B76
@@ -205,6 +205,45 @@ def _with(
 
 
 # ---------------------------------------------------------------------------- out of reach
+def around(robot: "Robot", count: int) -> tuple[Array, int]:
+    """Poses (N, 4, 4) in and around the workspace, and how many of the first are reachable.
+
+    Half are those of random joint values, turns of any angle; a quarter are such poses moved by a
+    twentieth of the workspace's size and turned by 0.1 rad (standard deviations); a quarter lie
+    anywhere in a box a fifth larger than the workspace, turned at random.
+    """
+    rng = stream(22)
+    slides = oracle.slides(robot)
+    low, high = np.where(slides, robot.limits.T, np.array([[-np.pi], [np.pi]]))
+    T = oracle.pose(robot, rng.uniform(low, high, (count, robot.dof)))
+    ends = T[:, :3, 3].min(axis=0), T[:, :3, 3].max(axis=0)
+    middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+    size = float(np.linalg.norm(half)) or 1.0
+    inside, moved = count // 2, count // 4
+    near = T[inside : inside + moved]
+    near[:, :3, 3] += 0.05 * size * rng.normal(size=(moved, 3))
+    near[:, :3, :3] = _turns(0.1 * rng.normal(size=(moved, 3))) @ near[:, :3, :3]
+    free = T[inside + moved :]
+    # a box around a flat workspace has a thickness too
+    half = 1.2 * np.maximum(half, 0.05 * size)
+    free[:, :3, 3] = rng.uniform(middle - half, middle + half, (len(free), 3))
+    axis = rng.normal(size=(len(free), 4))
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    angle = 2.0 * np.arctan2(np.linalg.norm(axis[:, 1:], axis=1), axis[:, 0])
+    axis = axis[:, 1:] / np.linalg.norm(axis[:, 1:], axis=1)[:, None]
+    free[:, :3, :3] = _turns(angle[:, None] * axis)
+    return T, inside
+
+
+def _turns(vectors: Array) -> Array:
+    """Rotations (N, 3, 3) by vectors (N, 3): Rodrigues' formula."""
+    angle = np.linalg.norm(vectors, axis=1)[:, None, None]
+    x, y, z = vectors.T / np.maximum(angle[:, 0, 0], 1e-300)
+    zero = np.zeros_like(x)
+    K = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K))
+
+
 def beyond(robot: "Robot", count: int) -> dict[str, Array]:
     """Poses 1-50 mm outside the outer and the inner boundary, limits ignored.
 

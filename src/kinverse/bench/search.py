@@ -14,7 +14,7 @@ from kinverse.bench import oracle
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["merge", "search"]
+__all__ = ["closest", "merge", "search"]
 
 Array = NDArray[np.float64]
 
@@ -34,11 +34,16 @@ def search(robot: "Robot", T: Array, starts: int, rng: np.random.Generator) -> l
     Starts are uniform over a turn; those of slides are the tangent of half of it [m], for solutions
     may lie far out.
     """
-    poses = np.repeat(np.arange(len(T)), starts)
-    q = rng.uniform(-np.pi, np.pi, (len(poses), robot.dof))
-    q = np.where(oracle.slides(robot), np.tan(0.5 * q), q)
-    q, solved = _descend(robot, T[poses], q)
-    return [merge(robot, q[solved & (poses == i)]) for i in range(len(T))]
+    poses, q = _starts(robot, len(T), starts, rng)
+    q, error = _descend(robot, T[poses], q)
+    return [merge(robot, q[(error < EXACT) & (poses == i)]) for i in range(len(T))]
+
+
+def closest(robot: "Robot", T: Array, starts: int, rng: np.random.Generator) -> Array:
+    """(N,) the least error of poses (N, 4, 4) that a start comes to [m and rad, the larger]."""
+    poses, q = _starts(robot, len(T), starts, rng)
+    _, error = _descend(robot, T[poses], q)
+    return np.asarray(error.reshape(len(T), starts).min(axis=1))
 
 
 def merge(robot: "Robot", q: Array) -> Array:
@@ -50,10 +55,17 @@ def merge(robot: "Robot", q: Array) -> Array:
     return kept
 
 
-def _descend(robot: "Robot", T: Array, q: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Where each start ends, and whether that is a solution."""
+def _starts(
+    robot: "Robot", poses: int, starts: int, rng: np.random.Generator
+) -> tuple[NDArray[np.intp], Array]:
+    q = rng.uniform(-np.pi, np.pi, (poses * starts, robot.dof))
+    return np.repeat(np.arange(poses), starts), np.where(oracle.slides(robot), np.tan(0.5 * q), q)
+
+
+def _descend(robot: "Robot", T: Array, q: Array) -> tuple[Array, Array]:
+    """Where each start ends, and the largest component of its error there."""
     q = q.copy()
-    solved = np.zeros(len(q), dtype=bool)
+    error = np.empty(len(q))
     active = np.arange(len(q))
     here, e, J = q, *_state(robot, T, q)
     damping = np.full(len(q), 1e-2)
@@ -69,16 +81,16 @@ def _descend(robot: "Robot", T: Array, q: Array) -> tuple[Array, NDArray[np.bool
         e = np.where(better[:, None], trial_e, e)
         J = np.where(better[:, None, None], trial_J, J)
         damping = np.where(better, np.maximum(0.3 * damping, 1e-7), 5.0 * damping)
-        good = np.abs(e).max(axis=1) < EXACT
-        solved[active[good]] = True
-        q[active[good]] = here[good]
+        error[active] = np.abs(e).max(axis=1)
+        q[active] = here
+        good = error[active] < EXACT
         # a solution goes on as long as it gets better: near singularities 1e-10 is far from it
         going = np.where(good, better, damping < HOPELESS)
         active, here, e, J = active[going], here[going], e[going], J[going]
         damping = damping[going]
         if not len(active):
             break
-    return q, solved
+    return q, error
 
 
 def _state(robot: "Robot", T: Array, q: Array) -> tuple[Array, Array]:
