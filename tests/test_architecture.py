@@ -68,6 +68,7 @@ BESIDE = {
     ("ranking", "task"),
     ("load", "loading"),
     ("robot_class", "singularities"),
+    ("bench", "studies"),  # it measures them
 }
 SOLVER_RANKS = {
     "_base": 0,

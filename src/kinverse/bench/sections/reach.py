@@ -28,18 +28,20 @@ def _every_arm() -> dict[str, kv.Robot]:
 
 def around(quick: bool) -> list[Line]:
     """Poses in and around each workspace: UNREACHABLE is confirmed, and no reachable pose is it."""
-    count = 400 if quick else 20_000
-    return [line for name, robot in _every_arm().items() for line in _around(name, robot, count)]
+    count, sample = (400, 2) if quick else (20_000, SAMPLE)
+    return [
+        line for name, robot in _every_arm().items() for line in _around(name, robot, count, sample)
+    ]
 
 
-def _around(name: str, robot: kv.Robot, count: int) -> list[Line]:
+def _around(name: str, robot: kv.Robot, count: int, sample: int) -> list[Line]:
     T, inside = cases.around(robot, count)
     status = kv.Analytic(limits="ignore").fit(robot).solve(T).status
     search = kv.Numerical(limits="ignore", max_starts=STARTS).fit(robot)
     denied = np.flatnonzero(status == kv.Status.UNREACHABLE)
     open_ = np.flatnonzero(status == kv.Status.NOT_FOUND)
     refuted = int(search.solve(T[denied]).ok.sum())
-    some = denied[:: max(1, len(denied) // SAMPLE)][:SAMPLE]
+    some = denied[:: max(1, len(denied) // sample)][:sample]
     nearest = closest(robot, T[some], STARTS, cases.stream(23)) if len(some) else np.empty(0)
     found = int(search.solve(T[open_]).ok.sum())
     head = ("in and around the workspace", name)
