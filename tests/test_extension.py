@@ -5,8 +5,10 @@ import pytest
 
 import kinverse as kv
 import oracle
-from kinverse.bench.arms import SHORT
+from kinverse.bench.arms import SHORT, random_short
 from kinverse.solvers.analytic import Analytic
+
+ON_AXIS = kv.pose([-0.3, 0.0, 0.0])
 
 
 def wrapped(robot, difference):
@@ -39,6 +41,29 @@ def test_a_pose_off_the_reach_of_a_short_arm_is_not_solved(name):
     assert (s.status == kv.Status.UNREACHABLE).mean() > 0.5
     searched = kv.Numerical(limits="ignore", max_starts=40).fit(robot).solve(T)
     assert not searched.ok.any()
+
+
+@pytest.mark.parametrize(
+    "kinds", ["PP", "PPR", "RPP", "PRPR", "PPRR", "PPRRR", "RPRPR", "RRRPP", "PRRRP"]
+)
+def test_no_reachable_pose_of_an_arm_with_slides_is_denied(kinds):
+    """Slides leave an elimination with few roots: one that it loses is not to be taken for none."""
+    robot = random_short(kinds)
+    q = robot.random(3000, rng=8)
+    s = Analytic().fit(robot).solve(robot.fk(q))
+    near = np.abs(wrapped(robot, s.q - q[s.pose_index])).max(axis=1) < 1e-6
+    assert set(s.pose_index[near]) == set(range(3000))
+
+
+@pytest.mark.parametrize("kinds", ["PPR", "RPP", "PRP", "RRP", "RPR", "PRR", "PPP"])
+def test_places_are_found_whatever_the_hand_does(kinds):
+    robot = random_short(kinds)
+    q = robot.random(1000, rng=8)
+    T = robot.fk(q)
+    T[:, :3, :3] = T[::-1, :3, :3]
+    s = Analytic(task="position").fit(robot).solve(T)
+    near = np.abs(wrapped(robot, s.q - q[s.pose_index])).max(axis=1) < 1e-6
+    assert set(s.pose_index[near]) == set(range(1000))
 
 
 def branches_by_search(robot, task, T, starts):
@@ -81,6 +106,19 @@ def test_partial_tasks_give_every_branch(make, task):
 def test_a_roll_that_the_task_leaves_free_has_no_closed_form():
     with pytest.raises(kv.NoClosedForm, match="joint5 turns about"):
         Analytic(task="position_axis").fit(kv.load("irb6"))
+
+
+@pytest.mark.parametrize(
+    ("robot", "task"),
+    [
+        (kv.load("planar3r"), "position"),
+        (kv.Robot.from_dh(0.3, 0, [1.5, 0, 0], joints="RRR", tool=ON_AXIS), "position"),
+        (random_short("PPPPP"), "position_axis"),
+    ],
+)
+def test_joints_that_cannot_move_what_the_task_constrains(robot, task):
+    with pytest.raises(kv.NoClosedForm, match="independently"):
+        Analytic(task=task).fit(robot)
 
 
 def test_tasks_that_do_not_close_the_system_are_refused():

@@ -1,5 +1,6 @@
 """Closed forms: every branch of every pose, in one native call."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -138,6 +139,8 @@ class Analytic(Solver):
                 raise
             self.extension_ = extended(robot, task)
             self.spec_ = closed_form_spec(self.extension_.robot)
+            if self.spec_.family is not Family.GENERAL_6R:  # nothing is missed
+                self.extension_ = replace(self.extension_, turns=self.extension_.turns[:1])
         self.branch_labels_ = self.spec_.branch_labels
 
     def _bind(self) -> None:
@@ -155,12 +158,23 @@ class Analytic(Solver):
             self._exact,
         )
         self._form: Any
+        self._other: Any = None
         if spec.family is Family.GENERAL_6R:
             self._form = kernels.GeneralForm(robot.chain, *tolerances)
         else:
             self._form = self._special_form(robot, tolerances)
         if settings.windings == "nearest" and extension is None:
             self._fused = self._form.solve
+
+    def _other_form(self) -> Any:
+        """The form of the extension's other arm, made when it is first asked."""
+        if self._other is None:
+            assert self.extension_ is not None and self.extension_.other is not None
+            settings = self.settings_
+            tolerances = float(settings.tol_position), float(settings.tol_rotation)
+            chain = self.extension_.other.robot.chain
+            self._other = kernels.GeneralForm(chain, *tolerances, True, self._exact)
+        return self._other
 
     @property
     def _exact(self) -> float:
@@ -339,7 +353,7 @@ class Analytic(Solver):
             tolerances = self.settings_.tol_position, self.settings_.tol_rotation
             return self.parallel_arm_.propose(T, q_seed, *tolerances, self._exact)
         if self.extension_ is not None:
-            return self.extension_.propose(self._form, T, self._exact)
+            return self.extension_.propose(self._form, self._other_form, T, self._exact)
         q, pose_index, branch, hint, singular, evidence = self._form.propose(T, q_seed)
         return Proposal(
             q=q,

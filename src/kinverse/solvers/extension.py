@@ -5,6 +5,7 @@ pose has components, joints that must stand still are added; where the task leav
 joints that move exactly these are added, and what they take is dropped.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -17,6 +18,7 @@ from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.se3 import pose
 from kinverse.solvers._base import Proposal
+from kinverse.solvers.families import MOST_ROOTS
 from kinverse.status import Status
 from kinverse.task import as_task
 
@@ -43,50 +45,106 @@ class Extension:
         robot: the arm with virtual joints.
         columns: (n,) which of its joints are the real ones.
         standing: the other joints, which must stand at zero; empty where they are free.
-        turn: (4, 4) rotation added to the targets: a free wrist would be singular at rest.
+        turns: (4, 4) rotations that the task leaves free, each added to the targets: what is missed
+            with one, where roots are alike by chance, is found with another.
+        other: an arm with other virtual joints, asked where the evidence of the first is doubtful.
     """
 
     robot: Robot
     columns: NDArray[np.int64]
     standing: NDArray[np.int64]
-    turn: Array | None = None
+    turns: tuple[Array, ...] = (np.eye(4),)
+    other: "Extension | None" = None
 
-    def propose(self, form: Any, T: Array, exact: float) -> Proposal:
+    def propose(self, form: Any, other: Callable[[], Any], T: Array, exact: float) -> Proposal:
         """Candidates of the real arm: the extended arm's solutions without what is virtual.
 
         Args:
             form: the native closed form of the extended arm, limits ignored.
+            other: makes that of the other arm.
             T: (N, 4, 4) poses.
             exact: error that rounding explains [m, rad].
         """
-        if self.turn is not None:
-            T = np.ascontiguousarray(T @ self.turn)
-        if not len(self.standing):
-            q, index, branch, hint, singular, evidence = form.propose(T, None)
-        else:
-            table = form.solve(T, None, 0)
-            q, index, branch, singular = table.q, table.pose_index, table.branch, table.singular
-            evidence = table.evidence
-            hint = np.where(self._shown_unreachable(table), Status.UNREACHABLE, Status.NOT_FOUND)
-        return Proposal(
-            q=np.ascontiguousarray(q[:, self.columns]),
-            pose_index=index,
-            branch=branch,
-            hint=hint.astype(np.uint8),
-            evaluations=np.bincount(index, minlength=len(T)),
-            singular=singular,
-            exact=exact,
-            evidence=evidence,
-        )
+        found = [self._free(form, T @ turn) for turn in self.turns]
+        if len(self.standing):
+            first, doubtful = self._still(form.solve(T, None, 0))
+            found = [first]
+            if self.other is not None and len(doubtful):
+                table = other().solve(np.ascontiguousarray(T[doubtful]), None, 0)
+                found.append(first.extended_by(self.other._still(table)[0], doubtful))
+        return _united(found, exact)
 
-    def _shown_unreachable(self, table: Any) -> NDArray[np.bool_]:
-        """No solution of the extended arm lets its virtual joints stand, on good evidence."""
+    def _free(self, form: Any, T: Array) -> "_Found":
+        q, index, branch, hint, singular, evidence = form.propose(np.ascontiguousarray(T), None)
+        shown = hint == Status.UNREACHABLE
+        return _Found(q[:, self.columns], index, branch, shown, singular, evidence)
+
+    def _still(self, table: Any) -> tuple["_Found", NDArray[np.int64]]:
+        """What it says, and the poses of which another arm should be asked.
+
+        A pose is out of reach if no solution lets the virtual joints stand, on good evidence.
+        """
         moved = np.abs(np.remainder(table.q[:, self.standing] + np.pi, 2 * np.pi) - np.pi)
         least = np.full(len(table.status), np.inf)
         np.minimum.at(least, table.pose_index, moved.max(axis=1, initial=0.0))
-        sound = ~table.evidence["weak"] & (table.evidence["root_gap"] > CLEAR_GAP)
+        evidence = table.evidence
+        # an elimination that other starts have proved wrong may have missed more
+        sound = ~evidence["weak"] & (evidence["real_roots"] == table.count)
+        sound &= evidence["root_gap"] > CLEAR_GAP
         shown = table.status == Status.UNREACHABLE
-        return np.asarray(shown | (sound & (table.count > 0) & (least > STANDING)))
+        shown = shown | (sound & (table.count > 0) & (least > STANDING))
+        q = table.q[:, self.columns]
+        found = _Found(q, table.pose_index, table.branch, shown, table.singular, evidence)
+        return found, np.flatnonzero(~sound | (least > STANDING))
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What one extended arm says: K candidates of the real arm, N poses."""
+
+    q: Array
+    index: NDArray[np.int64]
+    branch: NDArray[np.int32]
+    is_shown: NDArray[np.bool_]
+    is_singular: NDArray[np.bool_]
+    evidence: NDArray[np.void]
+
+    def extended_by(self, other: "_Found", poses: NDArray[np.int64]) -> "_Found":
+        """What another says of some of the poses, and nothing of the rest."""
+        shown, singular = self.is_shown.copy(), self.is_singular.copy()
+        evidence = self.evidence.copy()
+        shown[poses], singular[poses] = other.is_shown, other.is_singular
+        evidence[poses] = other.evidence
+        return _Found(other.q, poses[other.index], other.branch, shown, singular, evidence)
+
+
+def _united(found: list[_Found], exact: float) -> Proposal:
+    """Candidates of all; out of reach is what each of them shows to be."""
+    poses, evidence = len(found[0].is_shown), found[0].evidence.copy()
+    for other in found[1:]:
+        better = evidence["weak"] & ~other.evidence["weak"]
+        evidence[better] = other.evidence[better]
+    index = np.concatenate([one.index for one in found])
+    order = np.argsort(index, kind="stable")
+    index = index[order]
+    # later arms number their roots after the earlier ones', which they may find again
+    number = np.concatenate([one.branch for one in found])[order]
+    if len(found) > 1:
+        number = np.minimum(np.arange(len(index)) - np.searchsorted(index, index), MOST_ROOTS - 1)
+    return Proposal(
+        q=np.ascontiguousarray(np.concatenate([one.q for one in found])[order]),
+        pose_index=index,
+        branch=number.astype(np.int32),
+        hint=np.where(
+            np.logical_and.reduce([one.is_shown for one in found]),
+            Status.UNREACHABLE,
+            Status.NOT_FOUND,
+        ).astype(np.uint8),
+        evaluations=np.bincount(index, minlength=poses),
+        singular=np.logical_or.reduce([one.is_singular for one in found]),
+        exact=exact,
+        evidence=evidence,
+    )
 
 
 def extended(robot: Robot, task: str) -> Extension:
@@ -105,11 +163,11 @@ def extended(robot: Robot, task: str) -> Extension:
     """
     n = robot.dof
     if task == "pose" and n < 6:
-        return _held(robot)
+        return replace(_held(robot, 0), other=_held(robot, 1))
     if task == "position" and n == 3:
         check_mobility(robot, task)
         wrist = _freed(robot, [0.0, np.pi / 2, -np.pi / 2])
-        return replace(wrist, turn=pose([0, 0, 0], rpy=[0.7, -1.1, 0.4]))
+        return replace(wrist, turns=(_turn(0.7, -1.1, 0.4), _turn(-0.5, 0.8, 2.1)))
     if task == "position_axis" and n == 5:
         lines = axis_lines(robot.frames, robot.kinds)
         z, p = lines.T_zero[:3, 2], lines.T_zero[:3, 3]
@@ -122,7 +180,7 @@ def extended(robot: Robot, task: str) -> Extension:
                     " tool's z axis, which the task leaves free; use Numerical"
                 )
         check_mobility(robot, task)
-        return _freed(robot, [0.0])
+        return replace(_freed(robot, [0.0]), turns=(_turn(0.0, 0.0, 0.0), _turn(0.0, 0.0, 1.0)))
     closes = (
         "pose with up to six, position with three, position_axis with five, planar with three,"
         " schoenflies with four"
@@ -168,19 +226,26 @@ def _freed(robot: Robot, turns: list[float]) -> Extension:
     return Extension(arm, np.arange(n), np.arange(0))
 
 
-def _held(robot: Robot) -> Extension:
+def _turn(roll: float, pitch: float, yaw: float) -> Array:
+    return pose([0.0, 0.0, 0.0], rpy=[roll, pitch, yaw])
+
+
+def _held(robot: Robot, variant: int) -> Extension:
     """Revolute joints about random lines, spread so that an elimination has joints to work with.
 
     The elimination needs two opposite joints (i and i + 3 of the closed loop) that both turn.
+    Slides side by side in the loop, or next to the tool or the base, make it slow and lose roots.
     """
     n = robot.dof
-    best: tuple[int, tuple[int, ...]] = (-1, ())
-    for places in combinations(range(6), n):
+
+    def merit(places: tuple[int, ...]) -> tuple[int, int, int]:
         sliding = {p for p, kind in zip(places, robot.kinds, strict=True) if kind == "P"}
         turning = sum(not sliding & {i, i + 3} for i in range(3))
-        best = max(best, (min(turning, 2), places), key=lambda entry: entry[0])
-    places = best[1]
-    rng = np.random.default_rng(n)
+        beside = sum((p + 1) % 6 in sliding for p in sliding)
+        return min(turning, 2), -beside, -len(sliding & {0, 5})
+
+    places = sorted(combinations(range(6), n), key=merit, reverse=True)[variant]
+    rng = np.random.default_rng(n + 6 * variant)
     size = float(np.linalg.norm(robot.frames[:, :3, 3], axis=1).sum()) or 1.0
     frames: list[Array] = []
     kinds, real = "", iter(zip(robot.frames, robot.kinds, strict=False))

@@ -23,6 +23,7 @@ from kinverse.robot import Robot
 
 __all__ = [
     "BRANCH_SIGNS",
+    "MOST_ROOTS",
     "ClosedFormSpec",
     "Family",
     "Regional",

@@ -19,6 +19,7 @@ from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal
 from kinverse.status import Status
+from kinverse.table import plain_evidence
 
 __all__ = ["PARALLEL_TASKS", "ParallelArm", "parallel_arm"]
 
@@ -130,6 +131,7 @@ class ParallelArm:
             evaluations=np.bincount(row, minlength=len(T)),
             singular=met,
             exact=exact,
+            evidence=plain_evidence("closed form", len(T)),
         )
 
     def _psi(self, R: Array) -> tuple[Array, Array]:
