@@ -11,7 +11,7 @@ namespace kinverse {
 // elimination: every solution. bounds: intervals or lengths that show that there is none.
 enum class Ground : std::uint8_t { search, sweep, closed_form, elimination, bounds };
 
-// One row of the array that Python sees (EVIDENCE in bindings.cpp).
+// One row of the array that Python sees (evidence_type in bindings.cpp).
 struct Evidence {
   double root_gap = std::numeric_limits<double>::quiet_NaN();
   double root_margin = std::numeric_limits<double>::quiet_NaN();

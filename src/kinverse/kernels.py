@@ -4,13 +4,13 @@ Behind it live arrays and status codes only; names, files and policy stay in Pyt
 """
 
 from kinverse._core import (
-    EVIDENCE,
     Chain,
     ClosedForm,
     GeneralForm,
     LeastSquares,
     Redundant,
     Table,
+    evidence_type,
     instruction_set,
     instruction_sets,
     set_instruction_set,
@@ -34,3 +34,5 @@ __all__ = [
     "threads",
     "verify",
 ]
+
+EVIDENCE = evidence_type()
