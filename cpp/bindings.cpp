@@ -99,6 +99,27 @@ nb::ndarray<nb::numpy, double> jacobian(const OwnedChain& chain, In<double, 2> q
   return J;
 }
 
+nb::ndarray<nb::numpy, double> pose_costs(const OwnedChain& chain, int task, int norm, int orientation,
+                                          In<double, 3> T, In<double, 1> weight, In<double, 3> q) {
+  const size_t poses = T.shape(0), each = q.shape(1);
+  require(task >= 0 && task <= static_cast<int>(Task::schoenflies), "unknown task");
+  require(norm >= 0 && norm <= static_cast<int>(Norm::squared), "unknown norm");
+  require(orientation >= 0 && orientation <= static_cast<int>(Orientation::euler), "unknown orientation error");
+  require(T.shape(1) == 4 && T.shape(2) == 4, "T must have the shape (N, 4, 4)");
+  require(weight.shape(0) == poses, "one weight per pose");
+  require(q.shape(0) == poses && q.shape(2) == static_cast<size_t>(chain.dof()), "q must have the shape (N, K, dof)");
+  const CostSpec spec{static_cast<Task>(task), static_cast<Norm>(norm), static_cast<Orientation>(orientation)};
+  auto cost = owned_array<double>({poses, each});
+  const size_t row = each * static_cast<size_t>(chain.dof());
+  nb::gil_scoped_release unlocked;
+  split_over_threads(static_cast<long>(poses), 1, [&](long first, long last, long) {
+    active_kernels().pose_costs(chain.view(), spec, T.data() + 16 * first, weight.data() + first,
+                                q.data() + static_cast<size_t>(first) * row, last - first, static_cast<long>(each),
+                                cost.data() + static_cast<size_t>(first) * each);
+  });
+  return cost;
+}
+
 // ---- verified answers ---------------------------------------------------------------------------
 
 // A view of a table's memory that keeps the table alive.
@@ -486,7 +507,8 @@ NB_MODULE(_core, m) {
            "frames"_a, "prismatic"_a, "source"_a, "multiplier"_a, "offset"_a, "limits"_a)
       .def_prop_ro("dof", &OwnedChain::dof)
       .def("fk", &forward, "q"_a, "one_lane"_a = false)
-      .def("jacobian", &jacobian, "q"_a);
+      .def("jacobian", &jacobian, "q"_a)
+      .def("pose_costs", &pose_costs, "task"_a, "norm"_a, "orientation"_a, "T"_a, "weight"_a, "q"_a);
 
   nb::class_<Table>(m, "Table")
       .def_prop_ro("q",

@@ -3,6 +3,7 @@
 
 #include "closed_form_kernel.hpp"
 #include "general_6r_kernel.hpp"
+#include "pose_cost.hpp"
 
 namespace kinverse::KINVERSE_ISA {
 
@@ -123,6 +124,26 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
   }
 }
 
+void pose_costs(const Chain& chain, const CostSpec& spec, const double* T, const double* weight, const double* q,
+                long poses, long each, double* cost) {
+  constexpr int W = LANES;
+  const long count = poses * each;
+  for (long first = 0; first < count; first += W) {
+    const double* rows[W];
+    alignas(64) double weights[W], costs[W];
+    for (int l = 0; l < W; ++l) {
+      const long pose = (first + l < count ? first + l : count - 1) / each;
+      rows[l] = T + 16 * pose;
+      weights[l] = weight[pose];
+    }
+    Pack<W> joints[MAX_JOINTS];
+    gather_joints<W>(q, chain.dof, first, count, joints);
+    const Frame<Pack<W>> target = rows[0] == rows[W - 1] ? constant_frame<Pack<W>>(rows[0]) : gather_frames<W>(rows);
+    store(costs, pose_cost<W>(spec, target, forward<W>(chain, joints), load<W>(weights)));
+    for (int l = 0; l < W && first + l < count; ++l) cost[first + l] = costs[l];
+  }
+}
+
 }  // namespace
 
 #define KINVERSE_TEXT_OF(x) #x
@@ -130,7 +151,7 @@ void measure(const Chain& chain, Task task, const double* T, const std::int64_t*
 
 const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
-    inspect_poses, measure, closed_form_poses, closed_form_pose, closed_form_unreachable,
+    inspect_poses, measure, pose_costs, closed_form_poses, closed_form_pose, closed_form_unreachable,
     general_6r_pose, general_6r_polish, redundant_lanes, redundant_unreachable, least_squares_lanes,
 };
 

@@ -51,6 +51,16 @@ struct FreeDirections {
   alignas(64) double cosine[FREE_SLOTS][WIDEST], sine[FREE_SLOTS][WIDEST];
 };
 
+// How a population method weighs a pose that is missed. quaternion: the angle of the rotation that is
+// missing; rotation_vector and euler: the norm of its vector, or of the differences of roll, pitch, yaw.
+enum class Norm : int { l2, l1, squared };
+enum class Orientation : int { quaternion, rotation_vector, euler };
+struct CostSpec {
+  Task task;
+  Norm norm;
+  Orientation orientation;
+};
+
 struct Kernels {
   const char* name;
   int lanes;
@@ -64,6 +74,9 @@ struct Kernels {
   // errors of q[k] against T[pose_index[k]]; q is moved onto limits it misses by rounding
   void (*measure)(const Chain& chain, Task task, const double* T, const std::int64_t* pose_index, double* q, long count,
                   double* position_error, double* rotation_error);
+  // q (poses, each, dof) -> cost (poses, each) against T (poses, 16), weight (poses)
+  void (*pose_costs)(const Chain& chain, const CostSpec& spec, const double* T, const double* weight, const double* q,
+                     long poses, long each, double* cost);
   // `lanes` poses at once; reference[lane] points to the joint values that windings are nearest to
   void (*closed_form_poses)(const Chain& chain, const ClosedFormSpec& spec, const Tolerances& tolerances,
                             const double* const* T, const double* const* reference, const FreeDirections* free,

@@ -1,0 +1,188 @@
+"""The base of every swarm method: settings in, a run out; methods know no robots.
+
+A new method writes ``__init__`` (settings stored untouched) and three hooks::
+
+    class Mine(Optimizer):
+        def __init__(self, *, population=50, pull=0.5): ...
+
+        def _begin(self, run, x, f):      # the first population (A, K, D) and its values (A, K)
+            run.state.x, run.state.f = x, f
+
+        def _ask(self, run):              # the next points (A, K, D)
+            return run.clip(run.state.x + self.pull * (run.leader - run.state.x))
+
+        def _tell(self, run, x, f):       # their values
+            run.state.x, run.state.f = x, f
+
+Arrays run over the problems, the population and the dimensions: (A, K, D). What ``run.state`` holds
+as an array has the problems on its first axis: problems that end are taken out of it.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinverse.errors import InputError
+from kinverse.optimizers.run import Run
+from kinverse.optimizers.streams import Streams
+from kinverse.settings import HasSettings
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+__all__ = ["Optimizer", "checked_bounds", "whole_number"]
+
+Array = NDArray[np.float64]
+
+
+class Optimizer(HasSettings):
+    """Settings of a population method; ``start`` makes a run.
+
+    Attributes:
+        population: points of the first step, and of most methods' every step.
+        least_population: fewest that the method can work with.
+    """
+
+    population: int
+    least_population: ClassVar[int] = 2
+
+    # What a method writes -----------------------------------------------------------------------
+
+    def _check(self, dimensions: int) -> None:
+        """Raise InputError for settings of its own that cannot be used."""
+
+    def _begin(self, run: Run, x: Array, f: Array) -> None:
+        """Keep what is needed of the first population x (A, K, D) with values f (A, K)."""
+        raise NotImplementedError(f"{type(self).__name__} has no _begin")
+
+    def _ask(self, run: Run) -> Array:
+        """The next points (A, K, D), inside the box."""
+        raise NotImplementedError(f"{type(self).__name__} has no _ask")
+
+    def _tell(self, run: Run, x: Array, f: Array) -> None:
+        """Heed the values f (A, K) of the points x (A, K, D) asked for."""
+        raise NotImplementedError(f"{type(self).__name__} has no _tell")
+
+    def _members(self, run: Run) -> tuple[Array, Array]:
+        """The population as it stands, (A, K, D), and its values (A, K)."""
+        return run.state.x, run.state.f
+
+    # What a user calls --------------------------------------------------------------------------
+
+    def start(
+        self,
+        bounds: ArrayLike,
+        *,
+        max_evals: int,
+        rng: "int | Generator | None" = None,
+        problems: int = 1,
+        keys: Sequence[ArrayLike] | None = None,
+        x0: ArrayLike | None = None,
+        target: float = -np.inf,
+        patience: int | None = None,
+    ) -> Run:
+        """Begin to search a box.
+
+        Args:
+            bounds: (D, 2) lower and upper bound of each variable.
+            max_evals: evaluations each problem may spend; at least the population.
+            rng: None (a fixed seed), an int >= 0 or a Generator (one draw).
+            problems: how many searches run side by side, each with its own random stream.
+            keys: (problems) sequences of whole numbers that key the streams beside ``rng``; None:
+                the problem's number.
+            x0: (P, D) or (problems, P, D) points that take the place of the first of the first
+                population, moved into the box.
+            target: a problem ends when its best value is not above this.
+            patience: a problem ends after this many steps without a better value; None: never.
+
+        Raises:
+            InputError: a setting or an argument that cannot be used.
+
+        Example:
+            >>> run = GreyWolf().start([(-1, 1)] * 3, max_evals=5000)
+        """
+        box = checked_bounds(bounds)
+        name = type(self).__name__
+        least = self.least_population
+        whole_number(f"{name}: population", self.population, least)
+        self._check(len(box))
+        whole_number("problems", problems, 1)
+        whole_number("max_evals", max_evals, 1)
+        if max_evals < self.population:
+            raise InputError(
+                f"{name}: max_evals must be at least one generation, {self.population}"
+                f" evaluations, got {max_evals}"
+            )
+        if patience is not None:
+            whole_number("patience", patience, 1)
+        if not isinstance(target, (int, float)) or target != target:
+            raise InputError(f"target must be a number, got {target!r}")
+        seed = _seed(rng)
+        words = (seed & 0xFFFFFFFF, seed >> 32)
+        own = [(k,) for k in range(problems)] if keys is None else list(keys)
+        if len(own) != problems:
+            raise InputError(
+                f"keys must hold one key for each of {problems} problems, got {len(own)}"
+            )
+        streams = Streams([np.concatenate([words, np.atleast_1d(key)]) for key in own])
+        first = None if x0 is None else _first(x0, box, problems, self.population)
+        return Run(self, box, streams, int(max_evals), first, float(target), patience)
+
+
+def checked_bounds(bounds: ArrayLike) -> Array:
+    """Bounds as (D, 2) float64.
+
+    Raises:
+        InputError: none at all, not pairs, not finite, or a lower one that is not below the upper.
+    """
+    try:
+        box = np.asarray(bounds, dtype=np.float64)
+    except (TypeError, ValueError):
+        box = np.empty(0)
+    if box.size == 0:
+        raise InputError("bounds must be (D, 2) pairs (low, high) with D at least 1, got none")
+    if box.ndim != 2 or box.shape[1] != 2:
+        raise InputError(f"bounds must be (D, 2) pairs (low, high), got shape {box.shape}")
+    for k, (low, high) in enumerate(box.tolist()):
+        if not (np.isfinite(low) and np.isfinite(high)):
+            raise InputError(f"bounds of variable {k} must be finite, got ({low}, {high})")
+        if not low < high:
+            raise InputError(f"bounds of variable {k} must rise, got ({low}, {high})")
+    return box
+
+
+def whole_number(name: str, value: Any, least: int) -> None:
+    """Raise InputError unless value is a whole number of at least ``least``."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
+
+
+def _seed(rng: Any) -> int:
+    if rng is None:
+        return 0
+    if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
+        if 0 <= rng < 2**63:
+            return int(rng)
+        raise InputError(f"rng as a seed must lie in 0..2**63-1, got {rng}")
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(2**63))
+    raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
+
+
+def _first(x0: ArrayLike, box: Array, problems: int, population: int) -> Array:
+    points = np.asarray(x0, dtype=np.float64)
+    if points.ndim == 2:
+        points = np.broadcast_to(points, (problems, *points.shape))
+    if points.ndim != 3 or points.shape[0] != problems or points.shape[2] != len(box):
+        raise InputError(
+            f"x0 must have shape (P, {len(box)}) or ({problems}, P, {len(box)}), got {points.shape}"
+        )
+    if points.shape[1] > population:
+        raise InputError(
+            f"x0 holds {points.shape[1]} points, more than the population {population}"
+        )
+    if not np.isfinite(points).all():
+        raise InputError("x0 must be finite")
+    return np.clip(points, box[:, 0], box[:, 1])

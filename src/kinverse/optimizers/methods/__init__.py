@@ -1,0 +1,1 @@
+"""The population methods, one a file, each readable beside its paper."""

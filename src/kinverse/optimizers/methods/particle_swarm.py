@@ -1,0 +1,86 @@
+"""Particle swarm: Kennedy & Eberhart, Proc. ICNN (1995) 1942; inertia: Shi & Eberhart (1998)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.errors import InputError
+from kinverse.optimizers._base import Optimizer
+from kinverse.optimizers.run import Run
+
+__all__ = ["ParticleSwarm"]
+
+Array = NDArray[np.float64]
+
+
+class ParticleSwarm(Optimizer):
+    """Particles drawn to their own best point and to the swarm's.
+
+    v = w v + c1 r1 (p - x) + c2 r2 (g - x), x = x + v, with fresh r1, r2 in [0, 1) for every
+    component; all particles move before the swarm's best is looked at again (synchronous). The
+    inertia w falls linearly over the budget. What leaves the box is put on its edge and its
+    velocity turned round and halved.
+
+    Args:
+        population: particles.
+        inertia: (w at the start, w at the end); equal ones keep it.
+        cognitive: c1, the pull to a particle's own best.
+        social: c2, the pull to the swarm's best.
+        max_velocity: largest step of a variable, as a fraction of its range.
+
+    Example:
+        >>> minimize(f, bounds, ParticleSwarm(), max_evals=20_000).x
+    """
+
+    def __init__(
+        self,
+        *,
+        population: int = 100,
+        inertia: tuple[float, float] = (0.9, 0.4),
+        cognitive: float = 2.0,
+        social: float = 2.0,
+        max_velocity: float = 0.2,
+    ) -> None:
+        self.population = population
+        self.inertia = inertia
+        self.cognitive = cognitive
+        self.social = social
+        self.max_velocity = max_velocity
+
+    def _check(self, dimensions: int) -> None:
+        if not (0.0 < self.max_velocity <= 1.0):
+            raise InputError(f"max_velocity must lie in 0..1, got {self.max_velocity!r}")
+
+    def _begin(self, run: Run, x: Array, f: Array) -> None:
+        s = run.state
+        s.x, s.p, s.f = x.copy(), x, f
+        s.v = (2.0 * run.uniform(*x.shape[1:]) - 1.0) * (self.max_velocity * run.span)
+
+    def _ask(self, run: Run) -> Array:
+        s = run.state
+        first, last = self.inertia
+        most = self.max_velocity * run.span
+        r = run.uniform(2, *s.x.shape[1:])
+        s.v *= first + (last - first) * run.elapsed
+        for pull, towards, share in (
+            (self.cognitive, s.p, r[:, 0]),
+            (self.social, run.leader, r[:, 1]),
+        ):
+            step = towards - s.x
+            step *= share
+            step *= pull
+            s.v += step
+        np.maximum(s.v, -most, out=s.v)
+        np.minimum(s.v, most, out=s.v)
+        moved = s.x + s.v
+        s.x = run.clip(moved.copy())
+        s.v[s.x != moved] *= -0.5
+        return s.x
+
+    def _tell(self, run: Run, x: Array, f: Array) -> None:
+        s = run.state
+        better = f < s.f
+        np.copyto(s.p, x, where=better[:, :, None])
+        np.copyto(s.f, f, where=better)
+
+    def _members(self, run: Run) -> tuple[Array, Array]:
+        return run.state.p, run.state.f
