@@ -581,6 +581,12 @@ NB_MODULE(_core, m) {
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "starts"); })
       .def_prop_ro("stop",
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "stop"); })
+      .def_prop_ro("cost",
+                   [](const Table& table) {
+                     auto none = owned_array<double>({static_cast<size_t>(table.poses())});
+                     std::fill_n(none.data(), table.poses(), std::numeric_limits<double>::quiet_NaN());
+                     return none.cast();
+                   })
       .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q.cast(); })
       .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error.cast(); })
       .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error.cast(); });

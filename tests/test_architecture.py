@@ -75,6 +75,10 @@ SOLVER_RANKS = {
     "families": 0,
     "extension": 0.3,
     "held": 0.3,
+    "pose_objective": 0,
+    "polish": 1.3,  # it descends with Numerical
+    "population_search": 1.6,
+    "swarm": 1.8,
     "parallel_arm": 0.3,
     "redundant": 0.6,
     "compose": 2,

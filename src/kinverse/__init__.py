@@ -31,6 +31,7 @@ if typing.TYPE_CHECKING:
     from kinverse.conformance import check_solver
     from kinverse.solvers.analytic import Analytic
     from kinverse.solvers.numerical import Numerical
+    from kinverse.solvers.swarm import Swarm
 
 __all__ = [
     "Analytic",
@@ -48,6 +49,7 @@ __all__ = [
     "Solutions",
     "Solver",
     "Status",
+    "Swarm",
     "__version__",
     "check_solver",
     "load",
@@ -64,6 +66,7 @@ __version__: str
 _LAZY = {
     "Analytic": "kinverse.solvers.analytic",
     "Numerical": "kinverse.solvers.numerical",
+    "Swarm": "kinverse.solvers.swarm",
     "check_solver": "kinverse.conformance",
 }
 

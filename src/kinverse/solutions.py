@@ -68,8 +68,13 @@ class Stats:
 
     @property
     def starts(self) -> Ints:
-        """(N,) starts begun; -1 where a method has none."""
+        """(N,) starts begun, of ``Swarm`` the polishes; -1 where a method has none."""
         return self._table.starts
+
+    @property
+    def cost(self) -> Array:
+        """(N,) the objective where a population method ended, before polish; NaN of others."""
+        return self._table.cost
 
     @property
     def stop(self) -> NDArray[np.str_]:

@@ -39,6 +39,7 @@ PER_POSE = (
     "iterations",
     "starts",
     "stop",
+    "cost",
     "best_q",
     "best_position_error",
     "best_rotation_error",
@@ -98,6 +99,10 @@ class TableLike(Protocol):
         """(N,) number of the reason in ``status.STOPS``; -1 likewise."""
 
     @property
+    def cost(self) -> Array:
+        """(N,) objective of a population method before any descent; NaN of other methods."""
+
+    @property
     def best_q(self) -> Array:
         """(N, n) NaN where there was no candidate."""
 
@@ -146,6 +151,7 @@ class Table:
     iterations: Ints
     starts: Ints
     stop: Ints
+    cost: Array
     best_q: Array
     best_position_error: Array
     best_rotation_error: Array

@@ -76,6 +76,8 @@ class Proposal:
         exact: the error [m, rad] that rounding explains, for methods that are exact: candidates
             with more count only for poses that have none with less.
         intervals: (K,) arrays pose, branch, low, high: see ``Solutions.intervals``; None: none.
+        starts: (N,) descents begun; None: the method has none.
+        cost: (N,) value of an objective before any descent; None: the method has none.
         evidence: (N,) rows of ``kernels.EVIDENCE``: what the proposal rests on; None: a search.
     """
 
@@ -88,6 +90,8 @@ class Proposal:
     exact: float = float("inf")
     intervals: tuple[NDArray[Any], ...] | None = None
     evidence: NDArray[np.void] | None = None
+    starts: NDArray[np.int64] | None = None
+    cost: NDArray[np.float64] | None = None
 
 
 def verify(
@@ -158,9 +162,10 @@ def verify_table(
         singular,
     )
     changes: dict[str, NDArray[Any]] = {}
-    if proposal.evaluations is not None:
-        evaluations = _array("evaluations", proposal.evaluations, np.int64, (poses,))
-        changes["evaluations"] = evaluations
+    counted: dict[str, Any] = {"evaluations": np.int64, "starts": np.int64, "cost": np.float64}
+    for name, kind in counted.items():
+        if getattr(proposal, name) is not None:
+            changes[name] = _array(name, getattr(proposal, name), kind, (poses,))
     if proposal.evidence is not None:
         evidence = _array("evidence", proposal.evidence, kernels.EVIDENCE, (poses,)).copy()
         evidence["weak"] |= table.status == Status.NOT_FOUND

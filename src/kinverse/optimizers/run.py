@@ -84,6 +84,7 @@ class Run:
         self._whole = True
         self._spent = 0
         self._last_gain: Ints = np.zeros(problems, np.int64)
+        self._kept: tuple[Array, Array] | None = None
 
     # What a caller sees -------------------------------------------------------------------------
 
@@ -130,6 +131,16 @@ class Run:
             hook(self, x, f)
         self.generation += 1
         self._end()
+
+    def members(self) -> tuple[Array, Array]:
+        """The population of each problem, (M, K, D), and its values (M, K); after the first step.
+
+        Of a problem that has ended it is the population it ended with.
+        """
+        self._keep(np.ones(len(self.active), np.bool_))
+        if self._kept is None:
+            raise InputError("there is no population before the first values are told")
+        return self._kept
 
     # What a method uses -------------------------------------------------------------------------
 
@@ -182,7 +193,8 @@ class Run:
         rows = np.arange(len(f))
         lowest = f.argmin(axis=1)
         value = f[rows, lowest]
-        better = value < self.f_best[self.active]
+        # a first best even where every value is infinite
+        better = (value < self.f_best[self.active]) | (self.generation == 0)
         which = self.active[better]
         self.f_best[which] = value[better]
         self.x_best[which] = x[rows, lowest][better]
@@ -200,9 +212,21 @@ class Run:
         on = stop == 0
         if on.all():
             return
+        self._keep(~on)
         self.stop[self.active] = stop
         self.active = self.active[on]
         self._streams.keep(on)
         for name, value in vars(self.state).items():
             if isinstance(value, np.ndarray):
                 setattr(self.state, name, value[on])
+
+    def _keep(self, rows: NDArray[np.bool_]) -> None:
+        """Note the population of some of the running problems."""
+        if not rows.any() or not self.generation:
+            return
+        x, f = self.optimizer._members(self)
+        if self._kept is None:
+            problems = len(self.f_best)
+            self._kept = np.empty((problems, *x.shape[1:])), np.empty((problems, f.shape[1]))
+        self._kept[0][self.active[rows]] = x[rows]
+        self._kept[1][self.active[rows]] = f[rows]

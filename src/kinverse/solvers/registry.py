@@ -1,8 +1,10 @@
 """Solvers by name. A family is imported when its name is first asked for."""
 
 from collections.abc import Callable
+from functools import partial
 
 from kinverse.errors import InputError
+from kinverse.optimizers import NAMES
 from kinverse.robot import Robot
 from kinverse.solvers._base import Solver
 from kinverse.solvers.compose import FirstOf
@@ -54,6 +56,12 @@ def _analytic(robot: Robot, task: str) -> Solver:
     return Analytic(task=task)
 
 
+def _swarm(robot: Robot, task: str, optimizer: str = "pso") -> Solver:
+    from kinverse.solvers.swarm import Swarm
+
+    return Swarm(optimizer=optimizer, task=task)
+
+
 def _numerical(robot: Robot, task: str) -> Solver:
     from kinverse.solvers.numerical import Numerical
 
@@ -64,4 +72,6 @@ _FACTORIES: dict[str, Callable[[Robot, str], Solver]] = {
     "auto": _auto,
     "analytic": _analytic,
     "numerical": _numerical,
+    "swarm": _swarm,
+    **{f"swarm:{name}": partial(_swarm, optimizer=name) for name in NAMES},
 }

@@ -74,7 +74,7 @@ class ParticleSwarm(Optimizer):
         moved = s.x + s.v
         s.x = run.clip(moved.copy())
         s.v[s.x != moved] *= -0.5
-        return s.x
+        return np.asarray(s.x)
 
     def _tell(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
