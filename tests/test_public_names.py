@@ -4,8 +4,8 @@ import kinverse as kv
 
 NAMES = """
 Analytic FirstOf InputError KinverseError MissingExtra ModelError NoClosedForm NoSolution Numerical
-Proposal Robot Seeded Solutions Solver Status __version__ check_solver load pose set_threads solve
-solver_names
+Proposal Robot Seeded Solutions Solver Status Swarm __version__ check_solver load pose set_threads
+solve solver_names
 """.split()
 
 

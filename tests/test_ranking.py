@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import kinverse as kv
-from kinverse.ranking import joint_distance, rewound, turning
+from kinverse.ranking import has_lost_rank, joint_distance, rewound, turning
+from kinverse.robot import Robot
+from kinverse.task import as_task
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +77,34 @@ def test_a_path_through_a_whole_turn_has_no_jump(ur5):
     assert chosen.q == pytest.approx(path, abs=1e-6)
     assert np.array_equal(chosen.count, np.ones(30))
     assert np.abs(np.diff(s.select("least_motion").q, axis=0)).max() < 0.2
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_rank_is_lost_where_an_axis_is_met_and_nowhere_else(size):
+    half = np.pi / 2
+    arm = Robot.from_dh(
+        a=np.array([0, 0.43, 0.02, 0, 0, 0]) * size,
+        d=np.array([0, 0, 0.15, 0.43, 0, 0.1]) * size,
+        alpha=[half, 0, -half, half, -half, 0],
+        joints="RRRRRR",
+    )
+    q = arm.random(50, 3)
+    assert not has_lost_rank(arm, as_task("pose"), q).any()
+    q[:, 4] = 0.0  # axes 4 and 6 in line
+    assert has_lost_rank(arm, as_task("pose"), q).all()
+    assert not has_lost_rank(arm, as_task("position"), q).any()
+    assert has_lost_rank(arm, as_task("pose"), q[:0]).shape == (0,)
+
+
+def test_the_flag_of_a_pose_is_that_of_its_solutions(puma):
+    # a stretched elbow: two branches meet, no continuum
+    q = puma.random(40, 3)
+    q[:20, 2] = -np.arctan2(0.0203, 0.4318) + np.pi / 2
+    T = puma.fk(q)
+    s = kv.Analytic(limits="ignore").fit(puma).solve(T)
+    lost = has_lost_rank(puma, as_task("pose"), s.q)
+    expected = np.zeros(40, bool)
+    expected[s.pose_index[lost]] = True
+    np.testing.assert_array_equal(s.stats.singular, expected | s.stats.continuum)
+    assert not s.stats.continuum.any()
+    assert s[3].stats.singular == s.stats.singular[3]

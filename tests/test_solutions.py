@@ -31,6 +31,7 @@ def table(count=COUNT, seed=0):
         iterations=np.full(poses, -1),
         starts=np.full(poses, -1),
         stop=np.full(poses, -1),
+        cost=np.full(poses, np.nan),
         best_q=rng.uniform(-3, 3, (poses, DOF)),
         best_position_error=np.where(np.arange(poses) == 3, np.nan, 0.25),
         best_rotation_error=np.where(np.arange(poses) == 3, np.nan, 0.5),

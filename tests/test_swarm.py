@@ -119,7 +119,7 @@ def test_alone_the_budget_is_exact_and_the_error_is_told(puma):
 
 def test_alone_it_solves_positions(planar):
     q, T = targets(planar, 20)
-    alone = kv.Swarm(polish=False, task="position", tol_position=1e-4, max_evals=4000)
+    alone = kv.Swarm(polish=False, task="position", tol_position=1e-4)
     assert alone.fit(planar).solve(T, rng=3).ok.all()
 
 

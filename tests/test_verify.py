@@ -221,7 +221,7 @@ def test_the_solver_counts_its_own_evaluations(planar):
     T = planar.fk(np.zeros((2, 3)))
     given = Proposal(np.zeros((2, 3)), [0, 1], evaluations=[5, 6], singular=[True, False])
     s = verify(planar, "pose", T, given)
-    assert s.stats.evaluations.tolist() == [5, 6] and s.stats.singular.tolist() == [True, False]
+    assert s.stats.evaluations.tolist() == [5, 6] and s.stats.continuum.tolist() == [True, False]
 
 
 def test_place_does_not_change_a_bit(puma):

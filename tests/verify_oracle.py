@@ -54,6 +54,7 @@ def verify(robot, task, T, q, pose_index, branch, hint, q_seed, tol_p, tol_r, wi
         iterations=np.full(poses, -1),
         starts=np.full(poses, -1),
         stop=np.full(poses, -1),
+        cost=np.full(poses, np.nan),
         best_q=best_q,
         best_position_error=best[:, 0].copy(),
         best_rotation_error=best[:, 1].copy(),

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "RULES",
     "first_of_each",
+    "has_lost_rank",
     "joint_distance",
     "least_motion",
     "manipulability",
@@ -31,6 +32,9 @@ Ints = NDArray[np.int64]
 Chosen = tuple[Ints, Array]
 
 TURN = 2.0 * np.pi
+
+LOST = 1e-6
+"""A singular value below this fraction of the greatest has vanished."""
 
 MOST_TURNED = 1e6
 """Joint values [rad] beyond this are not turned to: rounding would show in the errors."""
@@ -95,6 +99,22 @@ def manipulability(robot: "Robot", task: Task, q: Array) -> Array:
     """
     J = task.constrained(robot.jacobian(q), robot.fk(q))
     return np.asarray(np.linalg.svd(J, compute_uv=False).prod(axis=-1))
+
+
+def has_lost_rank(robot: "Robot", task: Task, q: Array) -> NDArray[np.bool_]:
+    """(M,) joint values at which the task's Jacobian has lost rank.
+
+    Its least singular value is below ``LOST`` of its greatest, lengths counted in the arm's own.
+    Where two solutions meet, joint values are known to half the digits only, hence the bound.
+    """
+    if not len(q):
+        return np.empty(0, np.bool_)
+    length = float(np.linalg.norm(robot.frames[1:-1, :3, 3], axis=1).sum()) or 1.0
+    J = task.constrained(robot.jacobian(q), robot.fk(q))
+    J[:, : task.position] /= length
+    J[:, :, ~turning(robot)] *= length
+    values = np.linalg.svd(J, compute_uv=False)
+    return np.asarray(values[:, -1] <= LOST * values[:, 0])
 
 
 def nearest(robot: "Robot", task: Task, table: TableLike, q: Array | None, limits: str) -> Chosen:

@@ -51,10 +51,11 @@ class Intervals(NamedTuple):
 class Stats:
     """How each pose went: typed arrays of length N."""
 
-    __slots__ = ("_table",)
+    __slots__ = ("_origin", "_table")
 
-    def __init__(self, table: TableLike) -> None:
+    def __init__(self, table: TableLike, origin: Origin) -> None:
         self._table = table
+        self._origin = origin
 
     @property
     def evaluations(self) -> Ints:
@@ -83,6 +84,18 @@ class Stats:
 
     @property
     def singular(self) -> Bools:
+        """(N,) the pose meets a continuum, or a solution of it is where the Jacobian lost rank.
+
+        Measured when asked for: a singular value of the task's Jacobian below 1e-6 of the greatest.
+        """
+        table, origin = self._table, self._origin
+        flags = table.singular.copy()
+        lost = ranking.has_lost_rank(origin.robot, origin.task, table.q)
+        flags[table.pose_index[lost]] = True
+        return flags
+
+    @property
+    def continuum(self) -> Bools:
         """(N,) the pose meets a continuum of solutions; what is returned represents it.
 
         Set by closed forms only: False of any other method says nothing.
@@ -112,7 +125,7 @@ class Stats:
     def __repr__(self) -> str:
         return (
             f"Stats: {len(self.evaluations)} poses, {int(self.evaluations.sum())} evaluations, "
-            f"{int(self.singular.sum())} singular"
+            f"{int(self.continuum.sum())} meet a continuum"
         )
 
 
@@ -181,7 +194,7 @@ class Solutions:
     @property
     def stats(self) -> Stats:
         """How each pose went."""
-        return Stats(self._table)
+        return Stats(self._table, self._origin)
 
     @property
     def intervals(self) -> Intervals:

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["errors", "frames", "inside", "jacobian", "pose", "slides", "twin", "wrapped"]
+__all__ = [
+    "conditioning",
+    "errors",
+    "frames",
+    "inside",
+    "jacobian",
+    "pose",
+    "slides",
+    "twin",
+    "wrapped",
+]
 
 Array = NDArray[np.float64]
 
@@ -68,6 +78,16 @@ def twin(robot: "Robot", q: Array) -> Array:
     change = (jacobian(robot, q + step * v) - jacobian(robot, q - step * v)) / (2 * step)
     bend = np.abs(np.einsum("ki,kij,kj->k", u, change, v))
     return np.asarray(2 * sizes[:, -1] / np.maximum(bend, 1e-12) * np.abs(v).max(axis=1))
+
+
+def conditioning(robot: "Robot", q: Array) -> Array:
+    """(N,) least over greatest singular value of the Jacobian, lengths in the arm's own."""
+    length = np.linalg.norm(robot.frames[1:-1, :3, 3], axis=1).sum() or 1.0
+    J = jacobian(robot, q)
+    J[:, :3] /= length
+    J[:, :, slides(robot)] *= length
+    values = np.linalg.svd(J, compute_uv=False)
+    return np.asarray(values[:, -1] / values[:, 0])
 
 
 def errors(target: Array, reached: Array) -> tuple[Array, Array]:

@@ -101,13 +101,25 @@ def rank_deficient(quick: bool) -> list[Line]:
         good = (far <= TOLERANCE) & (turned <= TOLERANCE) & oracle.inside(robot, s.q)
         solved = np.zeros(count, dtype=bool)
         solved[s.pose_index[good]] = True
-        flagged = 100.0 * float(s.stats.singular.mean())
+        what, right = "flagged singular, %", s.stats.singular
+        if robot.dof > 6:
+            # a posture is singular, not a pose that has others: the flag must fit the answers
+            what, right = "flagged as its answers are, %", _fits(robot, s)
+        flagged = 100.0 * float(right.mean())
         head = ("rank deficient", name)
         share = Spread.exact(100.0 * float((solved & s.ok).mean()))
         wrong = Spread.exact(int((~good).sum()))
         lines += [
             Line(*head, "solved, %", share, 100.0, note=f"of {count:,}"),
             Line(*head, "wrong answers", wrong, 0.0, False, f"of {len(s.q):,}"),
-            Line(*head, "flagged singular, %", Spread.exact(flagged), 100.0),
+            Line(*head, what, Spread.exact(flagged), 100.0),
         ]
     return lines
+
+
+def _fits(robot: kv.Robot, s: kv.Solutions) -> NDArray[np.bool_]:
+    """Which poses' flags agree with the answered postures; what is neither here nor there does."""
+    least = np.full(len(s), np.inf)
+    np.minimum.at(least, s.pose_index, oracle.conditioning(robot, s.q))
+    flag = s.stats.singular
+    return np.where(least < 1e-7, flag, np.where(least > 1e-5, ~flag | s.stats.continuum, True))
