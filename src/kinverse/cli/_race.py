@@ -24,14 +24,18 @@ def race(
     Args:
         robot: the arm.
         poses: how many targets; they come from joint values drawn inside the limits.
-        solvers: names; empty: all of the registry, and those that do not fit are noted.
+        solvers: names; empty: one of each kind, and those that do not fit are noted; ["all"]: the
+            whole registry.
         task: the part of the pose that must hold.
         rng: seed of the targets; no solver draws from it.
     """
     import numpy as np
 
     T = robot.fk(robot.random(poses, np.random.default_rng(rng)))
-    return [_time(robot, T, name, task, bool(solvers)) for name in solvers or solver_names()]
+    kinds = [name for name in solver_names() if ":" not in name]
+    named = bool(solvers) and solvers != ["all"]
+    chosen = solvers if named else [name for name in solver_names() if name != "swarm"]
+    return [_time(robot, T, name, task, named) for name in (chosen if solvers else kinds)]
 
 
 def _time(robot: "Robot", T: Any, name: str, task: str, must_fit: bool) -> dict[str, Any]:

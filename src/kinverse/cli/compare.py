@@ -13,7 +13,9 @@ __all__ = ["compare"]
 def compare(
     robot: RobotName,
     poses: Annotated[int, typer.Option(help="How many random reachable poses.")] = 1000,
-    solvers: Annotated[str, typer.Option(help="Comma separated; all that fit if left out.")] = "",
+    solvers: Annotated[
+        str, typer.Option(help="Comma separated, or all; one of each kind if left out.")
+    ] = "",
     task: Task = "pose",
     rng: Annotated[int, typer.Option(help="Seed of the poses.")] = 1,
     json: Json = False,

@@ -33,7 +33,7 @@ def solve(
     ] = None,
     matrix: Annotated[Path | None, typer.Option(help="File of 4 x 4 matrices.")] = None,
     poses: Annotated[Path | None, typer.Option(help="CSV file of poses, with a header.")] = None,
-    solver: Annotated[str, typer.Option(help="auto, analytic, numerical ...")] = "auto",
+    solver: Annotated[str, typer.Option(help="auto, analytic, numerical, swarm:gwo ...")] = "auto",
     task: Task = "pose",
     q_seed: Annotated[
         str | None, typer.Option("--q-seed", help="Joint values to start from or stay near.")
