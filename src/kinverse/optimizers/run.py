@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse.errors import InputError
+from kinverse.optimizers.checks import real_array
 from kinverse.optimizers.streams import Streams
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Run:
         max_evals: evaluations each problem may spend.
         active: (A,) the problems that still run, ascending.
         generation: steps told so far.
-        x_best: (M, D) best point of each problem so far.
+        x_best: (M, D) best point of each problem so far; the first one tried if all were worst.
         f_best: (M,) its value.
         evaluations: (M,) values told.
         bad_values: (M,) how many of them were NaN or -inf and counted as worst.
@@ -81,6 +82,7 @@ class Run:
         self._streams = streams
         self._first = first
         self._points: Array | None = None
+        self._ended: list[tuple[Ints, Array, Array]] = []
         self._whole = True
         self._spent = 0
         self._last_gain: Ints = np.zeros(problems, np.int64)
@@ -95,7 +97,8 @@ class Run:
     def ask(self) -> Array:
         """(A, K, D) points whose values are wanted, inside the box; K may differ from step to step.
 
-        Asking again before ``tell`` gives the same points.
+        Asking again before ``tell`` gives the same points. They are read-only: the method may hold
+        the same array.
 
         Raises:
             InputError: the run is done.
@@ -107,18 +110,21 @@ class Run:
             room = self.max_evals - self._spent
             self._whole = points.shape[1] <= room
             self._points = points if self._whole else np.ascontiguousarray(points[:, :room])
-        return self._points
+        shown = self._points.view()
+        shown.flags.writeable = False
+        return shown
 
     def tell(self, values: ArrayLike) -> None:
         """The values (A, K) of the points asked for; NaN and -inf count as worst.
 
         Raises:
             InputError: values of another shape, or nothing was asked.
+            TypeError: complex numbers, text or objects.
         """
         if self._points is None:
             raise InputError("tell without ask: there are no points to tell values of")
         x = self._points
-        f = np.array(values, dtype=np.float64)
+        f = real_array("the values told", values).copy()
         if f.shape != x.shape[:2]:
             raise InputError(f"tell needs values of shape {x.shape[:2]}, got {f.shape}")
         self._points = None
@@ -130,6 +136,28 @@ class Run:
             hook(self, x, f)
         self.generation += 1
         self._end()
+
+    def members(self) -> tuple[Array, Array]:
+        """The populations (M, K, D) and their values (M, K), also of the problems that have ended.
+
+        Each problem's is the one it has now or had at its end. Where one holds fewer points than
+        another, NaN and inf fill up.
+
+        Raises:
+            InputError: nothing was told yet.
+        """
+        if not self.generation:
+            raise InputError("no members yet: ask for points and tell their values first")
+        parts = list(self._ended)
+        if not self.done:
+            parts.append((self.active, *self.optimizer._members(self)))
+        count = max(values.shape[1] for _, _, values in parts)
+        x = np.full((len(self.f_best), count, len(self.low)), np.nan)
+        f = np.full((len(self.f_best), count), np.inf)
+        for which, points, values in parts:
+            x[which, : values.shape[1]] = points
+            f[which, : values.shape[1]] = values
+        return x, f
 
     # What a method uses -------------------------------------------------------------------------
 
@@ -157,7 +185,7 @@ class Run:
         points = self.uniform(count, len(self.low))
         points *= self.span
         points += self.low
-        return points
+        return self.clip(points)  # a rounded sum may stand an ulp outside
 
     def clip(self, x: Array) -> Array:
         """Points (..., D) moved into the box, in place."""
@@ -183,6 +211,8 @@ class Run:
         lowest = f.argmin(axis=1)
         value = f[rows, lowest]
         better = value < self.f_best[self.active]
+        if not self.generation:
+            better[:] = True  # if all are worst there is a leader all the same
         which = self.active[better]
         self.f_best[which] = value[better]
         self.x_best[which] = x[rows, lowest][better]
@@ -200,6 +230,8 @@ class Run:
         on = stop == 0
         if on.all():
             return
+        x, f = self.optimizer._members(self)
+        self._ended.append((self.active[~on], x[~on], f[~on]))
         self.stop[self.active] = stop
         self.active = self.active[on]
         self._streams.keep(on)
