@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse.errors import InputError
-from kinverse.optimizers.checks import real_array, real_number, whole_number
+from kinverse.optimizers.checks import not_nan, real_array, real_number, whole_number
 from kinverse.optimizers.run import Run
 from kinverse.optimizers.streams import Streams
 from kinverse.settings import HasSettings
@@ -33,7 +33,7 @@ from kinverse.settings import HasSettings
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-__all__ = ["Optimizer", "checked_bounds", "real_number", "whole_number"]
+__all__ = ["Optimizer", "checked_bounds", "drawn_seed", "real_number", "whole_number"]
 
 Array = NDArray[np.float64]
 
@@ -123,12 +123,10 @@ class Optimizer(HasSettings):
             )
         if patience is not None:
             whole_number("patience", patience, 1)
-        number = isinstance(target, (int, float, np.integer, np.floating))
-        if not number or target != target:
-            raise InputError(f"target must be a number, got {target!r}")
-        streams = Streams(_keys(_seed(rng), problems, keys))
+        target = not_nan("target", target)
+        streams = Streams(_keys(drawn_seed(rng), problems, keys))
         first = None if x0 is None else _first(x0, box, problems, self.population)
-        return Run(self, box, streams, int(max_evals), first, float(target), patience)
+        return Run(self, box, streams, int(max_evals), first, target, patience)
 
 
 def checked_bounds(bounds: ArrayLike) -> Array:
@@ -153,7 +151,13 @@ def checked_bounds(bounds: ArrayLike) -> Array:
     return box
 
 
-def _seed(rng: Any) -> int:
+def drawn_seed(rng: Any) -> int:
+    """The seed in 0..2**63-1 that ``rng`` stands for: None is 0, a Generator is drawn from once.
+
+    Raises:
+        InputError: a seed outside the range.
+        TypeError: anything but None, an int or a Generator.
+    """
     if rng is None:
         return 0
     if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):

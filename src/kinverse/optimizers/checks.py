@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kinverse.errors import InputError
 
-__all__ = ["real_array", "real_number", "whole_number"]
+__all__ = ["not_nan", "real_array", "real_number", "whole_number"]
 
 
 def real_array(name: str, value: Any) -> NDArray[np.float64]:
@@ -33,6 +33,18 @@ def real_number(name: str, value: Any, least: float = -np.inf, most: float = np.
         raise InputError(f"{name} must be a finite number, got {value!r}")
     if not least <= value <= most:
         raise InputError(f"{name} must lie in {least:g}..{most:g}, got {value!r}")
+
+
+def not_nan(name: str, value: Any) -> float:
+    """A number, infinite ones too.
+
+    Raises:
+        InputError: NaN, or no number.
+    """
+    number = isinstance(value, (int, float, np.integer, np.floating))
+    if isinstance(value, bool) or not number or value != value:
+        raise InputError(f"{name} must be a number, got {value!r}")
+    return float(value)
 
 
 def whole_number(name: str, value: Any, least: int) -> None:

@@ -79,9 +79,9 @@ class ParticleSwarm(Optimizer):
         np.maximum(s.v, -most, out=s.v)
         np.minimum(s.v, most, out=s.v)
         moved = s.x + s.v
-        s.x = run.clip(moved.copy())
-        s.v[s.x != moved] *= -0.5
-        return s.x
+        x = s.x = run.clip(moved.copy())
+        s.v[x != moved] *= -0.5
+        return x
 
     def _tell(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
