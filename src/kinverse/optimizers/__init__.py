@@ -8,8 +8,12 @@
 
 import typing
 
-from kinverse.errors import InputError
 from kinverse.optimizers._base import Optimizer
+from kinverse.optimizers.constraints import AtMost, Equal
+from kinverse.optimizers.history import History
+from kinverse.optimizers.lagrangian import Augmented, Penalty
+from kinverse.optimizers.minimize import minimize
+from kinverse.optimizers.registry import METHODS, NAMES, make_optimizer
 from kinverse.optimizers.run import Run
 
 if typing.TYPE_CHECKING:
@@ -26,55 +30,28 @@ if typing.TYPE_CHECKING:
 
 __all__ = [
     "ArtificialBeeColony",
+    "AtMost",
+    "Augmented",
     "BeesAlgorithm",
     "BiogeographyBased",
     "CrabIntelligence",
     "DifferentialEvolution",
+    "Equal",
     "Firefly",
     "GeneticAlgorithm",
     "GreyWolf",
+    "History",
     "NAMES",
     "Optimizer",
     "ParticleSwarm",
+    "Penalty",
     "Run",
     "TeachingLearning",
     "make_optimizer",
+    "minimize",
 ]
 
-# short name: class, file in methods/
-_METHODS = {
-    "pso": ("ParticleSwarm", "particle_swarm"),
-    "ga": ("GeneticAlgorithm", "genetic_algorithm"),
-    "gwo": ("GreyWolf", "grey_wolf"),
-    "tlbo": ("TeachingLearning", "teaching_learning"),
-    "bees": ("BeesAlgorithm", "bees_algorithm"),
-    "cibo": ("CrabIntelligence", "crab_intelligence"),
-    "abc": ("ArtificialBeeColony", "artificial_bee_colony"),
-    "firefly": ("Firefly", "firefly"),
-    "bbo": ("BiogeographyBased", "biogeography_based"),
-    "de": ("DifferentialEvolution", "differential_evolution"),
-}
-NAMES = tuple(_METHODS)
-"""Short names of the methods."""
-
-_LAZY = {name: f"kinverse.optimizers.methods.{file}" for name, file in _METHODS.values()}
-
-
-def make_optimizer(name: str, **settings: typing.Any) -> Optimizer:
-    """A method by its short name.
-
-    Raises:
-        InputError: an unknown name; the message lists the names.
-        TypeError: a setting that the method does not have.
-
-    Example:
-        >>> make_optimizer("pso", population=50)
-        ParticleSwarm(population=50)
-    """
-    if name not in _METHODS:
-        raise InputError(f"unknown optimizer {name!r}: the optimizers are {', '.join(NAMES)}")
-    method: Optimizer = __getattr__(_METHODS[name][0])(**settings)
-    return method
+_LAZY = {name: f"kinverse.optimizers.methods.{file}" for name, file in METHODS.values()}
 
 
 def __getattr__(name: str) -> typing.Any:

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse.errors import InputError
+from kinverse.optimizers.checks import not_nan, real_array, real_number, whole_number
 from kinverse.optimizers.run import Run
 from kinverse.optimizers.streams import Streams
 from kinverse.settings import HasSettings
@@ -32,7 +33,7 @@ from kinverse.settings import HasSettings
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-__all__ = ["Optimizer", "checked_bounds", "whole_number"]
+__all__ = ["Optimizer", "checked_bounds", "drawn_seed", "real_number", "whole_number"]
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,11 @@ class Optimizer(HasSettings):
         raise NotImplementedError(f"{type(self).__name__} has no _tell")
 
     def _members(self, run: Run) -> tuple[Array, Array]:
-        """The population as it stands, (A, K, D), and its values (A, K)."""
+        """The population as it stands, (A, K, D), and its values (A, K).
+
+        Asked for at any time after ``_begin``, between ``_ask`` and ``_tell`` too: the last step of
+        a run may be cut and never told. The values must be those of the points.
+        """
         return run.state.x, run.state.f
 
     # What a user calls --------------------------------------------------------------------------
@@ -90,15 +95,16 @@ class Optimizer(HasSettings):
             max_evals: evaluations each problem may spend; at least the population.
             rng: None (a fixed seed), an int >= 0 or a Generator (one draw).
             problems: how many searches run side by side, each with its own random stream.
-            keys: (problems) sequences of whole numbers that key the streams beside ``rng``; None:
-                the problem's number.
-            x0: (P, D) or (problems, P, D) points that take the place of the first of the first
-                population, moved into the box.
+            keys: (problems) sequences of whole numbers below 2**32, of one length, that key the
+                streams beside ``rng``; None: the problem's number.
+            x0: (D,), (P, D) or (problems, P, D) points that take the place of the first of the
+                first population, moved into the box.
             target: a problem ends when its best value is not above this.
             patience: a problem ends after this many steps without a better value; None: never.
 
         Raises:
             InputError: a setting or an argument that cannot be used.
+            TypeError: complex numbers, text or objects where numbers are due; a strange ``rng``.
 
         Example:
             >>> run = GreyWolf().start([(-1, 1)] * 3, max_evals=5000)
@@ -117,18 +123,10 @@ class Optimizer(HasSettings):
             )
         if patience is not None:
             whole_number("patience", patience, 1)
-        if not isinstance(target, (int, float)) or target != target:
-            raise InputError(f"target must be a number, got {target!r}")
-        seed = _seed(rng)
-        words = (seed & 0xFFFFFFFF, seed >> 32)
-        own = [(k,) for k in range(problems)] if keys is None else list(keys)
-        if len(own) != problems:
-            raise InputError(
-                f"keys must hold one key for each of {problems} problems, got {len(own)}"
-            )
-        streams = Streams([np.concatenate([words, np.atleast_1d(key)]) for key in own])
+        target = not_nan("target", target)
+        streams = Streams(_keys(drawn_seed(rng), problems, keys))
         first = None if x0 is None else _first(x0, box, problems, self.population)
-        return Run(self, box, streams, int(max_evals), first, float(target), patience)
+        return Run(self, box, streams, int(max_evals), first, target, patience)
 
 
 def checked_bounds(bounds: ArrayLike) -> Array:
@@ -136,11 +134,9 @@ def checked_bounds(bounds: ArrayLike) -> Array:
 
     Raises:
         InputError: none at all, not pairs, not finite, or a lower one that is not below the upper.
+        TypeError: complex numbers, text or objects.
     """
-    try:
-        box = np.asarray(bounds, dtype=np.float64)
-    except (TypeError, ValueError):
-        box = np.empty(0)
+    box = real_array("bounds", bounds)
     if box.size == 0:
         raise InputError("bounds must be (D, 2) pairs (low, high) with D at least 1, got none")
     if box.ndim != 2 or box.shape[1] != 2:
@@ -150,16 +146,18 @@ def checked_bounds(bounds: ArrayLike) -> Array:
             raise InputError(f"bounds of variable {k} must be finite, got ({low}, {high})")
         if not low < high:
             raise InputError(f"bounds of variable {k} must rise, got ({low}, {high})")
+        if not np.isfinite(high - low):
+            raise InputError(f"bounds of variable {k} are too far apart, got ({low}, {high})")
     return box
 
 
-def whole_number(name: str, value: Any, least: int) -> None:
-    """Raise InputError unless value is a whole number of at least ``least``."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError(f"{name} must be a whole number of at least {least}, got {value!r}")
+def drawn_seed(rng: Any) -> int:
+    """The seed in 0..2**63-1 that ``rng`` stands for: None is 0, a Generator is drawn from once.
 
-
-def _seed(rng: Any) -> int:
+    Raises:
+        InputError: a seed outside the range.
+        TypeError: anything but None, an int or a Generator.
+    """
     if rng is None:
         return 0
     if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
@@ -171,8 +169,26 @@ def _seed(rng: Any) -> int:
     raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
 
 
+def _keys(seed: int, problems: int, keys: Sequence[ArrayLike] | None) -> list[NDArray[np.int64]]:
+    own = [np.array([k]) for k in range(problems)]
+    if keys is not None:
+        own = [np.atleast_1d(key) for key in keys]
+    if len(own) != problems:
+        raise InputError(f"keys must hold one key for each of {problems} problems, got {len(own)}")
+    for k, key in enumerate(own):
+        whole = key.ndim == 1 and key.dtype.kind in "iu"
+        if not whole or len(key) != len(own[0]) or ((key < 0) | (key >= 2**32)).any():
+            raise InputError(
+                f"key {k} must hold whole numbers in 0..2**32-1, as many as the others, got {key!r}"
+            )
+    words = np.array([seed & 0xFFFFFFFF, seed >> 32])
+    return [np.concatenate([words, key.astype(np.int64)]) for key in own]
+
+
 def _first(x0: ArrayLike, box: Array, problems: int, population: int) -> Array:
-    points = np.asarray(x0, dtype=np.float64)
+    points = real_array("x0", x0)
+    if points.ndim == 1:
+        points = points[None]
     if points.ndim == 2:
         points = np.broadcast_to(points, (problems, *points.shape))
     if points.ndim != 3 or points.shape[0] != problems or points.shape[2] != len(box):

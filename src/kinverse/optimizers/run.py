@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse.errors import InputError
+from kinverse.optimizers.checks import real_array
 from kinverse.optimizers.streams import Streams
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Run:
         max_evals: evaluations each problem may spend.
         active: (A,) the problems that still run, ascending.
         generation: steps told so far.
-        x_best: (M, D) best point of each problem so far.
+        x_best: (M, D) best point of each problem so far; the first one tried if all were worst.
         f_best: (M,) its value.
         evaluations: (M,) values told.
         bad_values: (M,) how many of them were NaN or -inf and counted as worst.
@@ -81,10 +82,10 @@ class Run:
         self._streams = streams
         self._first = first
         self._points: Array | None = None
+        self._ended: list[tuple[Ints, Array, Array]] = []
         self._whole = True
         self._spent = 0
         self._last_gain: Ints = np.zeros(problems, np.int64)
-        self._kept: tuple[Array, Array] | None = None
 
     # What a caller sees -------------------------------------------------------------------------
 
@@ -96,7 +97,8 @@ class Run:
     def ask(self) -> Array:
         """(A, K, D) points whose values are wanted, inside the box; K may differ from step to step.
 
-        Asking again before ``tell`` gives the same points.
+        Asking again before ``tell`` gives the same points. They are read-only: the method may hold
+        the same array.
 
         Raises:
             InputError: the run is done.
@@ -108,18 +110,21 @@ class Run:
             room = self.max_evals - self._spent
             self._whole = points.shape[1] <= room
             self._points = points if self._whole else np.ascontiguousarray(points[:, :room])
-        return self._points
+        shown = self._points.view()
+        shown.flags.writeable = False
+        return shown
 
     def tell(self, values: ArrayLike) -> None:
         """The values (A, K) of the points asked for; NaN and -inf count as worst.
 
         Raises:
             InputError: values of another shape, or nothing was asked.
+            TypeError: complex numbers, text or objects.
         """
         if self._points is None:
             raise InputError("tell without ask: there are no points to tell values of")
         x = self._points
-        f = np.array(values, dtype=np.float64)
+        f = real_array("the values told", values).copy()
         if f.shape != x.shape[:2]:
             raise InputError(f"tell needs values of shape {x.shape[:2]}, got {f.shape}")
         self._points = None
@@ -133,14 +138,26 @@ class Run:
         self._end()
 
     def members(self) -> tuple[Array, Array]:
-        """The population of each problem, (M, K, D), and its values (M, K); after the first step.
+        """The populations (M, K, D) and their values (M, K), also of the problems that have ended.
 
-        Of a problem that has ended it is the population it ended with.
+        Each problem's is the one it has now or had at its end. Where one holds fewer points than
+        another, NaN and inf fill up.
+
+        Raises:
+            InputError: nothing was told yet.
         """
-        self._keep(np.ones(len(self.active), np.bool_))
-        if self._kept is None:
-            raise InputError("there is no population before the first values are told")
-        return self._kept
+        if not self.generation:
+            raise InputError("no members yet: ask for points and tell their values first")
+        parts = list(self._ended)
+        if not self.done:
+            parts.append((self.active, *self.optimizer._members(self)))
+        count = max(values.shape[1] for _, _, values in parts)
+        x = np.full((len(self.f_best), count, len(self.low)), np.nan)
+        f = np.full((len(self.f_best), count), np.inf)
+        for which, points, values in parts:
+            x[which, : values.shape[1]] = points
+            f[which, : values.shape[1]] = values
+        return x, f
 
     # What a method uses -------------------------------------------------------------------------
 
@@ -168,7 +185,7 @@ class Run:
         points = self.uniform(count, len(self.low))
         points *= self.span
         points += self.low
-        return points
+        return self.clip(points)  # a rounded sum may stand an ulp outside
 
     def clip(self, x: Array) -> Array:
         """Points (..., D) moved into the box, in place."""
@@ -193,8 +210,9 @@ class Run:
         rows = np.arange(len(f))
         lowest = f.argmin(axis=1)
         value = f[rows, lowest]
-        # a first best even where every value is infinite
-        better = (value < self.f_best[self.active]) | (self.generation == 0)
+        better = value < self.f_best[self.active]
+        if not self.generation:
+            better[:] = True  # if all are worst there is a leader all the same
         which = self.active[better]
         self.f_best[which] = value[better]
         self.x_best[which] = x[rows, lowest][better]
@@ -212,21 +230,11 @@ class Run:
         on = stop == 0
         if on.all():
             return
-        self._keep(~on)
+        x, f = self.optimizer._members(self)
+        self._ended.append((self.active[~on], x[~on], f[~on]))
         self.stop[self.active] = stop
         self.active = self.active[on]
         self._streams.keep(on)
         for name, value in vars(self.state).items():
             if isinstance(value, np.ndarray):
                 setattr(self.state, name, value[on])
-
-    def _keep(self, rows: NDArray[np.bool_]) -> None:
-        """Note the population of some of the running problems."""
-        if not rows.any() or not self.generation:
-            return
-        x, f = self.optimizer._members(self)
-        if self._kept is None:
-            problems = len(self.f_best)
-            self._kept = np.empty((problems, *x.shape[1:])), np.empty((problems, f.shape[1]))
-        self._kept[0][self.active[rows]] = x[rows]
-        self._kept[1][self.active[rows]] = f[rows]

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError
-from kinverse.optimizers._base import Optimizer
+from kinverse.optimizers._base import Optimizer, real_number
 from kinverse.optimizers.run import Run
 
 __all__ = ["ParticleSwarm"]
@@ -47,8 +47,15 @@ class ParticleSwarm(Optimizer):
         self.max_velocity = max_velocity
 
     def _check(self, dimensions: int) -> None:
-        if not (0.0 < self.max_velocity <= 1.0):
-            raise InputError(f"max_velocity must lie in 0..1, got {self.max_velocity!r}")
+        if not isinstance(self.inertia, (tuple, list)) or len(self.inertia) != 2:
+            raise InputError(f"inertia must be (start, end), got {self.inertia!r}")
+        for name, value in zip(("start", "end"), self.inertia, strict=True):
+            real_number(f"inertia at the {name}", value, 0.0)
+        real_number("cognitive", self.cognitive, 0.0)
+        real_number("social", self.social, 0.0)
+        real_number("max_velocity", self.max_velocity, 0.0, 1.0)
+        if self.max_velocity == 0.0:
+            raise InputError("max_velocity must be above 0, got 0")
 
     def _begin(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
@@ -72,9 +79,9 @@ class ParticleSwarm(Optimizer):
         np.maximum(s.v, -most, out=s.v)
         np.minimum(s.v, most, out=s.v)
         moved = s.x + s.v
-        s.x = run.clip(moved.copy())
-        s.v[s.x != moved] *= -0.5
-        return np.asarray(s.x)
+        x = s.x = run.clip(moved.copy())
+        s.v[x != moved] *= -0.5
+        return x
 
     def _tell(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
