@@ -196,7 +196,7 @@ class CrabIntelligence(Optimizer):
         apart = places[:, :, None] - places[:, None]
         close = (apart * apart).sum(axis=4) < self.min_distance**2
         lost = (close & (strength[:, :, None] < strength[:, None])).any(axis=2)
-        return lost.reshape(len(lost), -1)[:, : self.population]
+        return np.asarray(lost.reshape(len(lost), -1)[:, : self.population])
 
     def _rest(self, run: Run) -> None:
         """Which swarms have stalled and cross at the next step."""
