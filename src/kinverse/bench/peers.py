@@ -28,6 +28,8 @@ PACKAGES = {
     "optik": "optik-py",
     "ikdh": "ikdh",
     "ssik": "ssik",
+    "mealpy": "mealpy",
+    "pymoo": "pymoo",
 }
 
 
