@@ -4,7 +4,6 @@ from collections.abc import Callable
 from functools import partial
 
 from kinverse.errors import InputError
-from kinverse.optimizers import NAMES
 from kinverse.robot import Robot
 from kinverse.solvers._base import Solver
 from kinverse.solvers.compose import FirstOf
@@ -13,6 +12,8 @@ __all__ = ["make_solver", "solver_names"]
 
 AUTO_CLOSED_FORM_DOF = 6
 """Up to this many joints "auto" looks for a closed form first; above, no branch list is finite."""
+
+Factory = Callable[[Robot, str], Solver]
 
 
 def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
@@ -29,19 +30,22 @@ def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
     Example:
         >>> make_solver("numerical", robot).fit(robot)
     """
-    factory = _FACTORIES.get(name) if isinstance(name, str) else None
+    factory = _KINDS.get(name) if isinstance(name, str) else None
+    if factory is None:
+        factory = _swarms().get(name) if isinstance(name, str) else None
     if factory is None:
         from difflib import get_close_matches
 
-        near = get_close_matches(str(name), _FACTORIES, n=1)
+        names = solver_names()
+        near = get_close_matches(str(name), names, n=1)
         hint = f" did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"unknown solver {name!r}:{hint} the solvers are {', '.join(_FACTORIES)}")
+        raise InputError(f"unknown solver {name!r}:{hint} the solvers are {', '.join(names)}")
     return factory(robot, task)
 
 
 def solver_names() -> tuple[str, ...]:
     """The names ``kinverse.solve`` takes, "auto" first."""
-    return tuple(_FACTORIES)
+    return (*_KINDS, *_swarms())
 
 
 def _auto(robot: Robot, task: str) -> Solver:
@@ -56,22 +60,28 @@ def _analytic(robot: Robot, task: str) -> Solver:
     return Analytic(task=task)
 
 
-def _swarm(robot: Robot, task: str, optimizer: str = "pso") -> Solver:
-    from kinverse.solvers.swarm import Swarm
-
-    return Swarm(optimizer=optimizer, task=task)
-
-
 def _numerical(robot: Robot, task: str) -> Solver:
     from kinverse.solvers.numerical import Numerical
 
     return Numerical(task=task)
 
 
-_FACTORIES: dict[str, Callable[[Robot, str], Solver]] = {
+def _swarm(robot: Robot, task: str, optimizer: str = "pso") -> Solver:
+    from kinverse.solvers.swarm import Swarm
+
+    return Swarm(optimizer=optimizer, task=task)
+
+
+_KINDS: dict[str, Factory] = {
     "auto": _auto,
     "analytic": _analytic,
     "numerical": _numerical,
     "swarm": _swarm,
-    **{f"swarm:{name}": partial(_swarm, optimizer=name) for name in NAMES},
 }
+
+
+def _swarms() -> dict[str, Factory]:
+    """One for each population method; their names are not loaded before they are asked for."""
+    from kinverse.optimizers.registry import NAMES
+
+    return {f"swarm:{name}": partial(_swarm, optimizer=name) for name in NAMES}
