@@ -49,6 +49,7 @@ RANKS = {
     "solvers": 5,
     "solve": 6,
     "conformance": 6,
+    "plots": 7,
     "paths": 7,
     "calibration": 7,
     "workspace": 7,

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,6 +18,7 @@ __all__ = [
     "RobotName",
     "Task",
     "Tip",
+    "check_plot",
     "join_numbers",
     "numbers",
     "pose_numbers",
@@ -53,6 +55,14 @@ def join_numbers(argv: Iterable[str]) -> list[str]:
             collecting = False
             words.append(word)
     return words
+
+
+def check_plot(path: Path) -> None:
+    """Raise InputError unless a picture can be written there."""
+    if path.suffix not in (".png", ".svg", ".pdf"):
+        raise InputError(f"--plot must end in .png, .svg or .pdf, got {path.name!r}")
+    if not path.parent.is_dir():
+        raise InputError(f"--plot: there is no folder {path.parent}")
 
 
 def _is_number(word: str) -> bool:

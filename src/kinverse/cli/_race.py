@@ -10,7 +10,7 @@ from kinverse.solvers import make_solver, solver_names
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["race"]
+__all__ = ["chosen", "race", "targets"]
 
 SINGLE = 200
 """Poses that are also solved one by one, for the time of one pose."""
@@ -24,18 +24,28 @@ def race(
     Args:
         robot: the arm.
         poses: how many targets; they come from joint values drawn inside the limits.
-        solvers: names; empty: one of each kind, and those that do not fit are noted; ["all"]: the
-            whole registry.
+        solvers: names; see ``chosen``. Those that do not fit are noted if they were not named.
         task: the part of the pose that must hold.
         rng: seed of the targets; no solver draws from it.
     """
+    T = targets(robot, poses, rng)
+    named = bool(solvers) and solvers != ["all"]
+    return [_time(robot, T, name, task, named) for name in chosen(solvers)]
+
+
+def targets(robot: "Robot", poses: int, rng: int) -> Any:
+    """(N, 4, 4) poses of joint values drawn inside the limits."""
     import numpy as np
 
-    T = robot.fk(robot.random(poses, np.random.default_rng(rng)))
-    kinds = [name for name in solver_names() if ":" not in name]
-    named = bool(solvers) and solvers != ["all"]
-    chosen = solvers if named else [name for name in solver_names() if name != "swarm"]
-    return [_time(robot, T, name, task, named) for name in (chosen if solvers else kinds)]
+    return robot.fk(robot.random(poses, np.random.default_rng(rng)))
+
+
+def chosen(solvers: list[str]) -> list[str]:
+    """The names given; of none one of each kind, of ["all"] the whole registry."""
+    if not solvers:
+        return [name for name in solver_names() if ":" not in name]
+    # "swarm" is one of the named ones
+    return [name for name in solver_names() if name != "swarm"] if solvers == ["all"] else solvers
 
 
 def _time(robot: "Robot", T: Any, name: str, task: str, must_fit: bool) -> dict[str, Any]:

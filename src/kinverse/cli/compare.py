@@ -1,10 +1,11 @@
 """``kinverse compare``: the solvers side by side on the same reachable poses."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from kinverse.cli._args import Base, Json, RobotName, Task, Tip
+from kinverse.cli._args import Base, Json, RobotName, Task, Tip, check_plot
 from kinverse.errors import InputError
 
 __all__ = ["compare"]
@@ -18,6 +19,10 @@ def compare(
     ] = "",
     task: Task = "pose",
     rng: Annotated[int, typer.Option(help="Seed of the poses.")] = 1,
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="Draw how swarm solvers converge to this .png, .svg or .pdf."),
+    ] = None,
     json: Json = False,
     base: Base = None,
     tip: Tip = None,
@@ -31,8 +36,14 @@ def compare(
 
     if poses < 1:
         raise InputError(f"--poses must be at least 1, got {poses}")
+    if plot is not None:
+        check_plot(plot)
     arm = kv.load(robot, base=base, tip=tip)
     chosen = [name.strip() for name in solvers.split(",") if name.strip()]
+    if plot is not None:
+        from kinverse.cli import _plot
+
+        _plot.convergence(plot, arm, _race.targets(arm, poses, rng), chosen, task)
     rows = _race.race(arm, poses, chosen, task, rng)
     if json:
         answer: dict[str, Any] = {"robot": arm.name, "task": task, "poses": poses, "rows": rows}

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from kinverse.cli._args import Base, Degrees, Json, RobotName, Task, Tip, numbers, pose_numbers
+from kinverse.cli._args import (
+    Base,
+    Degrees,
+    Json,
+    RobotName,
+    Task,
+    Tip,
+    check_plot,
+    numbers,
+    pose_numbers,
+)
 from kinverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,6 +52,9 @@ def solve(
     degrees: Degrees = False,
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write to this .csv or .json file.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw a swarm solver's search to this .png, .svg or .pdf.")
+    ] = None,
     on_error: Annotated[OnError, typer.Option(help="A broken row of the CSV file.")] = OnError.STOP,
     base: Base = None,
     tip: Tip = None,
@@ -57,6 +70,8 @@ def solve(
         raise InputError(f"--out must end in .csv or .json, got {out.name!r}")
     if out is not None and not out.parent.is_dir():
         raise InputError(f"--out: there is no folder {out.parent}")
+    if plot is not None:
+        check_plot(plot)
     given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP, task=task)
     arm = kv.load(robot, base=base, tip=tip)
     note_turns([given.largest], degrees)
@@ -74,6 +89,10 @@ def solve(
     if not len(given.T):
         note(f"0 poses in {poses or matrix}")
 
+    if plot is not None:
+        from kinverse.cli import _plot
+
+        _plot.search(plot, arm, given.T, solver, task, rng)
     done = _answers.run(arm, given, solver=solver, task=task, q_seed=seed, rng=rng)
     answers = _answers.Answers(arm, solver, task, degrees, given, done)
     if out is not None:

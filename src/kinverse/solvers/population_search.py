@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.optimizers import Optimizer, Run
+from kinverse.optimizers import History, Optimizer, Run
 from kinverse.optimizers.streams import Streams
 from kinverse.solvers._base import Proposal
 from kinverse.solvers.polish import Polish, apart, distinct
@@ -93,7 +93,7 @@ class PopulationSearch:
         open_ = np.arange(len(T))
         solution = np.full_like(found.q, np.nan)
         for search in range(self.max_searches if self.polish else 1):
-            run, first = self._searched(T[open_], _rows(q_seed, open_), seed, search)
+            run, first = self.searched(T[open_], _rows(q_seed, open_), seed, search)
             found.keep_better(open_, run)
             if self.polish is None:
                 break
@@ -113,7 +113,7 @@ class PopulationSearch:
         known, idle, open_ = found.candidates, np.zeros(len(T), np.int64), np.arange(len(T))
         for search in range(self.max_searches):
             taboo = _padded([known[i] for i in open_])
-            run, first = self._searched(T[open_], _rows(q_seed, open_), seed, search, taboo)
+            run, first = self.searched(T[open_], _rows(q_seed, open_), seed, search, taboo)
             found.keep_better(open_, run)
             solutions = self._polished(T[open_], _pool(run, first)[0], found, open_)
             for i, rows in zip(open_, solutions, strict=True):
@@ -140,13 +140,14 @@ class PopulationSearch:
         rows, good = q.reshape(-1, count, dof), solved.reshape(-1, count)
         return [these[ok] for these, ok in zip(rows, good, strict=True)]
 
-    def _searched(
+    def searched(
         self,
         T: Array,
         q_seed: Array | None,
         seed: int,
         search: int = 0,
         taboo: Array | None = None,
+        history: History | None = None,
     ) -> tuple[Run, tuple[Array, Array]]:
         """A finished run, and its first population with the values."""
         words = _pose_words(T)
@@ -171,6 +172,8 @@ class PopulationSearch:
             if run.generation == 0:
                 first = q.copy(), cost.copy()
             run.tell(cost)
+            if history is not None:
+                history(run)
         return run, first
 
     def _in_box(self, q: Array) -> Array:

@@ -5,14 +5,15 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from kinverse import se3
 from kinverse.errors import InputError
-from kinverse.optimizers import Optimizer, make_optimizer
+from kinverse.optimizers import History, Optimizer, make_optimizer
 from kinverse.optimizers._base import whole_number
 from kinverse.ranking import turning
 from kinverse.robot import Robot
-from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of, _seeds
 from kinverse.solvers.polish import Polish
 from kinverse.solvers.population_search import PopulationSearch
 from kinverse.solvers.pose_objective import NORMS, ORIENTATION_ERRORS, PoseObjective, search_box
@@ -173,6 +174,58 @@ class Swarm(Solver):
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         return self._search.propose(T, q_seed, seed, self.fitted_.all_branches)
+
+    def watch(
+        self, T: ArrayLike, q_seed: ArrayLike | None = None, rng: Rng = None, every: int = 1
+    ) -> History:
+        """How the first search of each pose goes, before any polish, for pictures and studies.
+
+        The same numbers as in ``solve`` with the same ``rng``.
+
+        Args:
+            T: (4, 4) or (N, 4, 4) poses.
+            q_seed: (n,) or (N, n), as in ``solve``.
+            rng: as in ``solve``.
+            every: write down every that many steps.
+
+        Returns:
+            A ``History`` of N problems that holds the populations too.
+
+        Raises:
+            InputError: not fitted, or a pose or seed that cannot be used.
+
+        Example:
+            >>> solver.watch(T).best[-1]    # as solve(T).stats.cost where one search did
+        """
+        if not self.is_fitted:
+            raise InputError("this Swarm is not fitted: call Swarm(...).fit(robot) first")
+        self._check_seed(q_seed)
+        poses = se3.as_poses(T)
+        near = _seeds(q_seed, self.robot_.dof, len(poses))
+        history = History(every=every, population=True)
+        seed = 0 if rng is None else _seed_of(rng)
+        self._search.searched(poses, near, seed, history=history)
+        return history
+
+    def cost(self, T: ArrayLike, q: ArrayLike) -> Array:
+        """The objective of joint values against one pose, without ``least_motion``.
+
+        Args:
+            T: (4, 4) pose.
+            q: (..., n) joint values.
+
+        Returns:
+            (...) costs; weight "random" counts as 1.
+
+        Example:
+            >>> solver.cost(T, s.q)
+        """
+        poses = se3.as_poses(T)
+        values = se3.as_real(q, "q")
+        weight = self.fitted_.weight
+        weights = np.full(1, 1.0 if weight == "random" else float(weight))
+        rows = np.ascontiguousarray(values.reshape(1, -1, self.robot_.dof))
+        return self._search.objective(poses[:1], weights, None, rows).reshape(values.shape[:-1])
 
 
 def _check_choice(name: str, value: Any, valid: tuple[str, ...]) -> None:

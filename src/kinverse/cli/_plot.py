@@ -1,0 +1,45 @@
+"""Pictures of swarm solvers for ``solve`` and ``compare``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from kinverse import plots
+from kinverse.cli import _race
+from kinverse.cli._show import note
+from kinverse.errors import InputError
+from kinverse.solvers import make_solver
+from kinverse.solvers.swarm import Swarm
+
+if TYPE_CHECKING:
+    from kinverse.robot import Robot
+
+__all__ = ["convergence", "search"]
+
+MOST = 100
+"""Poses whose searches are drawn: their populations are all held in memory."""
+
+
+def search(path: Path, robot: "Robot", T: Any, solver: str, task: str, rng: int | None) -> None:
+    """Four pictures of the searches of the poses by one swarm solver."""
+    made = make_solver(solver, robot, task)
+    if not isinstance(made, Swarm):
+        raise InputError(f"--plot draws swarm solvers, such as swarm:pso; {solver!r} is none")
+    if not len(T):
+        raise InputError("--plot: there is no pose to draw")
+    title = f"{robot.name}, {solver}"
+    plots.swarm_figure(made.fit(robot), T[:MOST], rng, title).savefig(path, dpi=120)
+    note(f"drawn: {path}")
+
+
+def convergence(path: Path, robot: "Robot", T: Any, solvers: list[str], task: str) -> None:
+    """How the swarm solvers among the named ones converge on the same poses."""
+    made = {name: make_solver(name, robot, task) for name in _race.chosen(solvers)}
+    swarms = {name: solver for name, solver in made.items() if isinstance(solver, Swarm)}
+    if not swarms:
+        raise InputError("--plot draws swarm solvers: name some, such as --solvers swarm:pso")
+    figure = plots.new_figure((8.0, 5.0))
+    histories = {name: solver.fit(robot).watch(T[:MOST]) for name, solver in swarms.items()}
+    plots.convergence(figure.subplots(), histories)
+    figure.suptitle(robot.name)
+    figure.savefig(path, dpi=120)
+    note(f"drawn: {path}")
