@@ -135,11 +135,11 @@ def test_pham_shrinks_what_fails_and_leaves_it_for_anywhere():
     run = solve(bees, problems=2, steps=1)
     for k in range(1, 4):
         run.ask()
-        run.tell(np.full((2, 70), 1e6))
+        run.tell(np.full((2, 116), 1e6))
         assert np.allclose(run.state.radius, 0.5 * 0.8**k)
     sites = run.state.x
     run.ask()
-    run.tell(np.full((2, 70), 1e6))
+    run.tell(np.full((2, 116), 1e6))
     assert (run.state.radius == 0.5).all() and np.isinf(run.state.f).all()
     assert not (run.state.x == sites).any()
 

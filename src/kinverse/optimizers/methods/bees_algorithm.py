@@ -98,9 +98,9 @@ class BeesAlgorithm(Optimizer):
 
         Patches begin as large as the box, shrink to 0.8 when they fail, and are left for a random
         place after 10 failures in a row; of ``population`` bees those that hold no site scout. The
-        numbers of bees are tuned to each problem there: those here are ours.
+        numbers of bees are tuned to each problem there; those here are ours, for six joints.
         """
-        bees = {"population": 10, "sites": 5, "elites": 2, "elite_recruits": 20, "recruits": 10}
+        bees = {"population": 20, "sites": 10, "elites": 3, "elite_recruits": 20, "recruits": 8}
         patches = {"radius": 0.5, "shrink": 0.8, "abandon_after": 10, "relocation": "random"}
         chosen: dict[str, Any] = bees | patches | settings
         whole_number("BeesAlgorithm: population", chosen["population"], cls.least_population)

@@ -58,6 +58,10 @@ class CrabIntelligence(Optimizer):
     - The end, all crabs housed (6.23), has no measure: a run ends by its budget, its target or its
       patience.
 
+    Known biases: shells lie between a crab and its leader more often than beyond them, so swarms
+    draw together early, and a minimum in the middle of the box is found more easily than one
+    towards its edges. The literal reading's pull to the origin is told above.
+
     Args:
         population: crabs.
         swarm_size: crabs of a swarm, at least 6; what is left over joins the first swarms.
