@@ -206,8 +206,11 @@ class Robot:
 
         Frames are assigned by the five steps of the thesis of Jha (2015), section 4.2.3. Joint
         values keep their meaning: no sign and no zero is changed. Base and tool transforms take
-        what rows cannot hold; axes that are parallel but for less than 1e-3 rad get a fixed row
-        "F" between them, as no single row describes them well (Hayati & Mirmirani 1985).
+        what rows cannot hold; axes that are parallel but for less than 1e-3 rad, or whose common
+        normal lies more than 30 sizes of the arm away, get a fixed row "F" between them, as no
+        single row describes them well (Hayati & Mirmirani 1985). So do angles that miss a quarter
+        turn by less than 1e-12, which :meth:`from_dh` would take for it. Forward kinematics of the
+        table are the arm's to 1e-12 (rotation; position: times its size).
 
         Args:
             convention: "standard" or "modified", as in :meth:`from_dh`.
