@@ -35,6 +35,7 @@ RANKS = {
     "axes": 2,
     "regional": 3,
     "singularities": 6,
+    "singular_search": 6,
     "robot_class": 6,
     "robot": 2,
     "task": 2,
@@ -69,6 +70,8 @@ BESIDE = {
     ("ranking", "task"),
     ("load", "loading"),
     ("robot_class", "singularities"),
+    ("robot_class", "singular_search"),
+    ("singular_search", "singularities"),
     ("bench", "studies"),  # it measures them
 }
 SOLVER_RANKS = {

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import kinverse
@@ -99,8 +99,13 @@ def test_parallel_meeting_coincident_and_prismatic_axes(convention, seed, loose)
     assert_same_arm(dh_arm(rng, QUARTERS, [0.0, 0.0, 0.3, -0.2], loose), convention)
 
 
+# found by other draws than CI's: a normal 6 sizes off, angles that reading a table would round
 @both
 @given(seed=st.integers(0, 10**6), exponent=st.integers(-15, -1))
+@example(seed=1048, exponent=-2)
+@example(seed=4166, exponent=-12)
+@example(seed=1496, exponent=-12)
+@example(seed=1280, exponent=-6)
 @settings(max_examples=150, deadline=None)
 def test_nearly_parallel_and_nearly_meeting_axes(convention, seed, exponent):
     rng = np.random.default_rng(seed)
@@ -158,6 +163,32 @@ def test_nearly_parallel_axes_get_a_fixed_row():
     robot = Robot.from_dh(a=0.3, d=0.1, alpha=[1e-6, 0.0, 0.0], joints="RRR")
     assert robot.to_dh().joints.count("F") == 1
     assert np.abs(robot.to_dh().d).max() < 1.0
+
+
+@both
+@pytest.mark.parametrize("sine", [0.9, 0.1, 1e-2, 1e-3, 1e-4, 1e-8, 1e-12])
+def test_no_normal_is_so_far_off_that_digits_are_lost(convention, sine):
+    """Two axes that pass at 0.3 m and cross wherever they do: rows stay near the arm."""
+    rng = np.random.default_rng(4)
+    for _ in range(10):
+        tilt = oracle.homogeneous(oracle.about([np.cos(1), np.sin(1), 0], sine), [0.3, 0.2, 0.1])
+        robot = Robot(np.stack([frame(rng), tilt, tilt, frame(rng)]), "RRR")
+        table = assert_same_arm(robot, convention, 1e-13)
+        assert np.abs(table.d).max() < 70 * size(robot)
+
+
+@both
+@pytest.mark.parametrize("off", [1e-15, 3e-14, -4e-13, 9e-13, 3e-12])
+@pytest.mark.parametrize("quarter", [-90, 90, 180])
+def test_angles_next_to_a_quarter_turn_are_kept(convention, off, quarter):
+    """Where they are read, angles within 1e-12 of one are taken for it."""
+    twist = oracle.about([1, 0, 0], np.deg2rad(quarter) + off)
+    turn = oracle.about([0, 0, 1], np.deg2rad(quarter) + off)
+    frames = np.stack([oracle.homogeneous(turn @ twist, [0.3, 0.1, 0.2])] * 9)
+    robot = Robot(frames, "RRPRRPRR", [(-2, 2)] * 8)
+    table = assert_same_arm(robot, convention, 2e-13)
+    if quarter != 180:  # there the axes are nearly parallel as well
+        assert ("F" in table.joints) == (1e-14 < abs(off) < 1e-12)
 
 
 def test_offsets_are_folded_in_and_mimics_refused():

@@ -293,3 +293,15 @@ def test_limits_that_are_no_limits_are_refused(pair):
         Robot.from_dh(a=1, d=0, alpha=0, joints="RR", limits=[None, pair])
     wide = Robot.from_dh(a=1, d=0, alpha=0, joints="R", limits=[(-1e9, 1e9)])
     assert np.isfinite(wide.random(10)).all()
+
+
+def test_frames_are_rigid_to_rounding_and_zeros_stay():
+    rng = np.random.default_rng(0)
+    for error in (1e-13, 9e-13, 1e-9):
+        turn = oracle.about([0, 0, 1], 0.7) + np.diag([error, -error, error])
+        frames = np.stack([oracle.homogeneous(turn, rng.normal(size=3))] * 4)
+        R = Robot(frames, "RRR").frames[:, :3, :3]
+        assert np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)).max() < 1e-15
+        assert np.abs(R - turn).max() < 2 * error
+        if error < 1e-12 / 2:
+            assert (R[:, 2, :2] == 0).all() and (R[:, :2, 2] == 0).all()

@@ -23,8 +23,14 @@ Array = NDArray[np.float64]
 SAME_DIRECTION = 1e-13
 """Sine of the angle below which two axes count as parallel: what is lost stays below rounding."""
 NEARLY_PARALLEL = 1e-3
-"""Sine below which the common normal of two axes is too far away to hold 1e-12 of the arm's size:
-the foot runs off as 1/sine (Hayati & Mirmirani 1985)."""
+"""Sine below which rounding decides where along the axes their common normal lies: its place is
+known to rounding/sine^2 (Hayati & Mirmirani 1985)."""
+FAR = 30.0
+"""Sizes of the arm beyond which the foot of a common normal costs digits of d: the normal of axes
+nearly parallel runs off as 1/sine, and what is added there is taken off again a row later."""
+SNAPPED = 1e-14
+"""Distance from a quarter turn [rad] from which a table must not rely on its angle being kept:
+:func:`kinverse.se3.cos_sin` takes angles that near for the quarter turn itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +45,7 @@ class DHTable:
         d: (rows,) link offsets [m].
         alpha: (rows,) twists [rad].
         theta: (rows,) constant angles [rad].
-        joints: one letter a row: R, P, or F for the fixed row that nearly parallel axes need.
+        joints: one letter a row: R, P, or F for fixed rows; see :meth:`kinverse.Robot.to_dh`.
         convention: "standard" or "modified".
         base: (4, 4) pose of the first row in the base frame; the identity where it can be.
         tool: (4, 4) pose of the tool in the frame of the last row; likewise.
@@ -112,18 +118,18 @@ def dh_table(
     base, rows, first = _step_1_base(lines, standard)
     tiny = 1e-14 * lines.size
     for i, kind in enumerate(kinds[:-1]):
-        _steps_2_and_3(rows, kind, lines.direction[i + 1], lines.point[i + 1], tiny)
+        _steps_2_and_3(rows, kind, lines, i, tiny)
     tool, last = _step_4_end_effector(rows, kinds[-1], lines.T_zero, standard, tiny)
     # step 5: standard rows are z x, z x, ...; modified ones x z, x z, ...
-    theta, d = np.array(rows.turns).T
     links = [*rows.links, last] if standard else [first, *rows.links]
-    alpha, a = np.array(links).T
+    joints, read = _kept(rows.kinds, np.column_stack([rows.turns, links]), standard)
+    theta, d, alpha, a = read.T
     return DHTable(
         a=_clean(a, tiny),
         d=_clean(d, tiny),
         alpha=_clean(alpha, 1e-15),
         theta=_clean(theta, 1e-15),
-        joints=rows.kinds,
+        joints=joints,
         convention=convention,
         base=base,
         tool=tool,
@@ -154,18 +160,20 @@ def _step_1_base(lines: AxisLines, standard: bool) -> tuple[Array, _Rows, tuple[
     return frame_on_axis(z, x, point), _Rows(z, x, point), nothing
 
 
-def _steps_2_and_3(rows: _Rows, kind: str, z: Array, point: Array, tiny: float) -> None:
-    """Origin where the common normal meets the axis, x along it."""
+def _steps_2_and_3(rows: _Rows, kind: str, lines: AxisLines, i: int, tiny: float) -> None:
+    """Origin where the common normal meets axis i, x along it, then on to axis i + 1."""
+    z, point = lines.direction[i + 1], lines.point[i + 1]
+    foot, next_foot, normal, a = _normal(rows, z, point, tiny)
     sine = float(np.linalg.norm(np.cross(rows.z, z)))
-    if SAME_DIRECTION < sine < NEARLY_PARALLEL:
-        # an axis in between, square to both, reaches what a distant normal cannot
-        normal, across = _square_axis(rows, z, point, tiny)
-        rows.turn(normal, rows.origin, kind)
-        rows.link(across, 0.0)
-        kind = "F"
-    foot, _, normal, a = common_normal(
-        rows.z, rows.origin, z, point, rows.x, tiny, parallel=SAME_DIRECTION
-    )
+    if sine > SAME_DIRECTION:
+        far = max(np.linalg.norm(foot - lines.point[i]), np.linalg.norm(next_foot - point))
+        if sine < NEARLY_PARALLEL or far > FAR * lines.size:
+            # an axis in between, square to both, reaches what a distant normal cannot
+            across_x, across = _square_axis(rows, z, point, tiny)
+            rows.turn(across_x, rows.origin, kind)
+            rows.link(across, 0.0)
+            kind = "F"
+            foot, _, normal, a = _normal(rows, z, point, tiny)
     along = normal @ rows.x
     # where axes meet either direction will do: the one that turns x less
     if a == 0.0 and (
@@ -174,6 +182,10 @@ def _steps_2_and_3(rows: _Rows, kind: str, z: Array, point: Array, tiny: float) 
         normal = -normal
     rows.turn(_unit(normal - (normal @ rows.z) * rows.z), foot, kind)
     rows.link(z, a)
+
+
+def _normal(rows: _Rows, z: Array, point: Array, tiny: float) -> tuple[Array, Array, Array, float]:
+    return common_normal(rows.z, rows.origin, z, point, rows.x, tiny, parallel=SAME_DIRECTION)
 
 
 def _square_axis(rows: _Rows, z: Array, point: Array, tiny: float) -> tuple[Array, Array]:
@@ -209,6 +221,36 @@ def _step_4_end_effector(
     a = reach if standard and reach > 1e3 * tiny else 0.0
     last = frame_on_axis(rows.z, rows.x, rows.origin + a * rows.x)
     return se3.inverse(last) @ T_zero, (0.0, a)
+
+
+def _kept(kinds: str, rows: Array, standard: bool) -> tuple[str, Array]:
+    """Rows (theta, d, alpha, a) without angles that reading a table would change.
+
+    Angles next to a quarter turn but not on it are shared with a fixed row, a third to two thirds.
+    """
+    out: list[tuple[float, ...]] = []
+    joints = ""
+    for kind, (theta, d, alpha, a) in zip(kinds, rows.tolist(), strict=True):
+        before: list[tuple[float, ...]] = []
+        after: list[tuple[float, ...]] = []
+        more_theta, more_alpha = (_snap_loss(angle) for angle in (theta, alpha))
+        # the turn comes first in a standard row, the twist in a modified one
+        first, second = (before, after) if standard else (after, before)
+        if more_theta > SNAPPED:
+            first.append((theta / 3, 0.0, 0.0, 0.0))
+            theta -= theta / 3
+        if more_alpha > SNAPPED:
+            second.append((0.0, 0.0, alpha / 3, 0.0))
+            alpha -= alpha / 3
+        out += [*before, (theta, d, alpha, a), *after]
+        joints += "F" * len(before) + kind + "F" * len(after)
+    return joints, np.array(out, dtype=np.float64)
+
+
+def _snap_loss(angle: float) -> float:
+    """How much of an angle is lost where a table is read [rad]."""
+    c, s = se3.cos_sin(angle)
+    return abs(float(s * np.cos(angle) - c * np.sin(angle)))
 
 
 def _unit(x: Array) -> Array:

@@ -178,11 +178,16 @@ def common_normal(
         if length < tiny:  # the same line: any direction will do, so keep the last one
             return origin, origin, x - (x @ z) * z, 0.0
         return origin, origin + normal, normal / length, length
-    along = cross(between, z_next) @ across / s2
-    along_next = cross(between, z) @ across / s2
-    foot, next_foot = origin + along * z, point + along_next * z_next
+    # square to z by one more step, and what is left between the feet is along the normal: then
+    # nearly parallel axes lose nothing but the rounding of how far off the feet are
     normal = across / np.sqrt(s2)
-    length = float((next_foot - foot) @ normal)
+    normal = normal - (normal @ z) * z
+    normal = normal / np.sqrt(normal @ normal)
+    side = cross(z, normal)
+    along_next = -(between @ side) / (z_next @ side)
+    reach = between + along_next * z_next
+    foot, next_foot = origin + (reach @ z) * z, point + along_next * z_next
+    length = float(reach @ normal)
     if abs(length) < tiny:
         return foot, foot, normal, 0.0
     return foot, next_foot, normal * np.sign(length), abs(length)

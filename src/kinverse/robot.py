@@ -206,8 +206,11 @@ class Robot:
 
         Frames are assigned by the five steps of the thesis of Jha (2015), section 4.2.3. Joint
         values keep their meaning: no sign and no zero is changed. Base and tool transforms take
-        what rows cannot hold; axes that are parallel but for less than 1e-3 rad get a fixed row
-        "F" between them, as no single row describes them well (Hayati & Mirmirani 1985).
+        what rows cannot hold; axes that are parallel but for less than 1e-3 rad, or whose common
+        normal lies more than 30 sizes of the arm away, get a fixed row "F" between them, as no
+        single row describes them well (Hayati & Mirmirani 1985). So do angles that miss a quarter
+        turn by less than 1e-12, which :meth:`from_dh` would take for it. Forward kinematics of the
+        table are the arm's to 1e-12 (rotation; position: times its size).
 
         Args:
             convention: "standard" or "modified", as in :meth:`from_dh`.
@@ -438,10 +441,14 @@ class Robot:
 def _rigid(frames: Array) -> Array:
     # left alone where already exact: an SVD would turn zeros into 1e-17
     R = frames[:, :3, :3]
-    loose = np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)).max(axis=(1, 2)) > 1e-12
-    if loose.any():
+    off = R.transpose(0, 2, 1) @ R - np.eye(3)
+    error = np.abs(off).max(axis=(1, 2))
+    if (error > 1e-14).any():
         frames = frames.copy()
+        loose, nearly = error > 1e-12, (error > 1e-14) & (error <= 1e-12)
         frames[loose, :3, :3] = se3.nearest_rotation(R[loose])
+        # one step towards it keeps zeros; without it a long chain is rigid to 1e-11 only
+        frames[nearly, :3, :3] -= R[nearly] @ off[nearly] / 2
     return frames
 
 

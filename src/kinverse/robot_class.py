@@ -21,6 +21,7 @@ from kinverse.errors import NoClosedForm
 from kinverse.geometry import PARALLEL, AxisLines, axis_lines
 from kinverse.regional import RegionalStructure, regional_structure
 from kinverse.robot import Robot
+from kinverse.singular_search import found_singularities
 from kinverse.singularities import Singularity, seven_joint_singularity, singularities
 from kinverse.solvers.families import ClosedFormSpec, closed_form_spec
 from kinverse.solvers.redundant import ARM_ANGLE, redundant_form
@@ -55,7 +56,8 @@ class RobotClass:
         parallel: groups of three or more revolute joints that stay parallel.
         max_branches: the greatest number of isolated solutions of a full pose, limits ignored; an
             upper bound where there is no closed form; None: infinitely many, or no general bound.
-        singularities: conditions; empty where none is known in words.
+        singularities: conditions; all there are by the closed form's family, or kinds that a search
+            found, as the text then says; empty where there is none in words.
         singularities_text: what else is to say about them.
         mobility: degrees of freedom by Grübler's formula (1.2).
         rank: largest rank of the Jacobian: independent directions of tool motion.
@@ -104,6 +106,7 @@ def robot_class(robot: Robot) -> RobotClass:
     first = regional_structure(lines, robot.kinds)
     behind = _wrist_joints(robot, meetings, len(first.joints))
     known = _singularities(robot, spec, meetings)
+    found = () if known or not _free(robot) else found_singularities(robot, rank, lines.size)
     return RobotClass(
         name=robot.name,
         family=_family(spec) if spec else None,
@@ -114,8 +117,8 @@ def robot_class(robot: Robot) -> RobotClass:
         meetings=meetings,
         parallel=parallel_runs(lines, robot.kinds),
         max_branches=_max_branches(robot, spec, rank, meetings),
-        singularities=known,
-        singularities_text=_singularities_text(robot, rank, bool(known)),
+        singularities=known or found,
+        singularities_text=_singularities_text(robot, rank, bool(known), bool(found)),
         mobility=_mobility(robot, _motion(lines, robot.kinds)),
         rank=rank,
         redundancy=_redundancy(robot.dof, rank),
@@ -214,7 +217,19 @@ def _singularities(
     return ()
 
 
-def _singularities_text(robot: Robot, rank: int, known: bool) -> str:
+def _free(robot: Robot) -> bool:
+    """Whether every joint moves on its own."""
+    own = np.arange(len(robot.kinds))
+    return (
+        robot.dof == len(own)
+        and not (robot.source != own).any()
+        and bool((robot.multiplier == 1).all())
+    )
+
+
+def _singularities_text(robot: Robot, rank: int, known: bool, found: bool) -> str:
+    if found:
+        return "these kinds were met in a search, limits ignored; there may be more"
     if robot.dof > rank:
         also = "also " if known else ""
         return f"{also}where the {robot.dof} joint screws span less than {rank} dimensions"
