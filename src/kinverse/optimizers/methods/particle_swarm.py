@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError
-from kinverse.optimizers._base import Optimizer, real_number
+from kinverse.optimizers._base import Optimizer, real_number, whole_number
 from kinverse.optimizers.run import Run
 
 __all__ = ["ParticleSwarm"]
@@ -20,15 +20,24 @@ class ParticleSwarm(Optimizer):
     inertia w falls linearly over the budget. What leaves the box is put on its edge and its
     velocity turned round and halved.
 
+    With ``neighbours=k`` a particle knows only the best of itself and the k particles on either
+    side of it in a ring (the local best of Eberhart & Kennedy, Proc. MHS (1995) 39): good news
+    travels slowly and the swarm gathers later, which on objectives with many valleys, as a robot
+    arm's pose error, finds the deep one more often.
+
+    The constricted swarm of Clerc & Kennedy, IEEE T. Evol. Comput. 6 (2002) 58, is the same
+    recursion with other numbers: ``inertia=(0.7298, 0.7298), cognitive=1.49618, social=1.49618``.
+
     Args:
         population: particles.
         inertia: (w at the start, w at the end); equal ones keep it.
         cognitive: c1, the pull to a particle's own best.
-        social: c2, the pull to the swarm's best.
+        social: c2, the pull to the swarm's, or the neighbours', best.
         max_velocity: largest step of a variable, as a fraction of its range.
+        neighbours: None (everyone knows the swarm's best) or how many on either side in the ring.
 
     Example:
-        >>> minimize(f, bounds, ParticleSwarm(), max_evals=20_000).x
+        >>> minimize(f, bounds, ParticleSwarm(neighbours=4), max_evals=20_000).x
     """
 
     def __init__(
@@ -39,12 +48,14 @@ class ParticleSwarm(Optimizer):
         cognitive: float = 2.0,
         social: float = 2.0,
         max_velocity: float = 0.2,
+        neighbours: int | None = None,
     ) -> None:
         self.population = population
         self.inertia = inertia
         self.cognitive = cognitive
         self.social = social
         self.max_velocity = max_velocity
+        self.neighbours = neighbours
 
     def _check(self, dimensions: int) -> None:
         if not isinstance(self.inertia, (tuple, list)) or len(self.inertia) != 2:
@@ -56,6 +67,10 @@ class ParticleSwarm(Optimizer):
         real_number("max_velocity", self.max_velocity, 0.0, 1.0)
         if self.max_velocity == 0.0:
             raise InputError("max_velocity must be above 0, got 0")
+        if self.neighbours is not None:
+            most = (self.population - 1) // 2
+            real_number("neighbours", self.neighbours, 1, most)
+            whole_number("neighbours", self.neighbours, 1)
 
     def _begin(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
@@ -70,7 +85,7 @@ class ParticleSwarm(Optimizer):
         s.v *= first + (last - first) * run.elapsed
         for pull, towards, share in (
             (self.cognitive, s.p, r[:, 0]),
-            (self.social, run.leader, r[:, 1]),
+            (self.social, self._guides(run), r[:, 1]),
         ):
             step = towards - s.x
             step *= share
@@ -82,6 +97,20 @@ class ParticleSwarm(Optimizer):
         x = s.x = run.clip(moved.copy())
         s.v[x != moved] *= -0.5
         return x
+
+    def _guides(self, run: Run) -> Array:
+        """The best points known to the particles: (A, 1, D), or (A, K, D) in a ring."""
+        k = self.neighbours
+        if k is None:
+            return run.leader
+        p, f = run.state.p, run.state.f
+        problems, count, dimensions = p.shape
+        ring = np.concatenate([f[:, -k:], f, f[:, :k]], axis=1)
+        window = np.lib.stride_tricks.sliding_window_view(ring, 2 * k + 1, axis=1)
+        best = (window.argmin(axis=2) + np.arange(-k, count - k)) % count
+        best += count * np.arange(problems)[:, None]
+        guides: Array = p.reshape(-1, dimensions)[best]
+        return guides
 
     def _tell(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
