@@ -28,6 +28,7 @@ PACKAGES = {
     "optik": "optik-py",
     "ikdh": "ikdh",
     "ssik": "ssik",
+    **{name: name for name in ("mealpy", "pymoo", "pygmo", "pyswarms", "scipy", "cma")},
 }
 
 
