@@ -5,7 +5,6 @@ import pytest
 
 from kinverse.bench.functions import FUNCTIONS, moved, off_centre, shifted
 from kinverse.bench.sections import test_functions as section
-from kinverse.bench.swarm_peers import SWARM_PEERS
 
 
 @pytest.fixture(params=FUNCTIONS, name="function")
@@ -79,7 +78,7 @@ def test_moved_takes_the_box_along(function):
 # ---------------------------------------------------------------------------- the section
 def test_the_section_tells_who_gains_from_the_origin(monkeypatch):
     monkeypatch.setattr(section, "NAMES", ("pso", "bees", "cibo"))
-    monkeypatch.setattr(section, "SWARM_PEERS", {})
+    monkeypatch.setattr(section, "SHOWN", {})
     monkeypatch.setattr(section, "RUNS", 7)
     lines = section.test_functions(quick=True)
     methods = list(dict.fromkeys(line.subject for line in lines))
@@ -96,16 +95,7 @@ def test_the_section_tells_who_gains_from_the_origin(monkeypatch):
             assert 0.9 < origin.figure.median < 1.1  # the same steps but for rounding
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("peer", [p for peers in SWARM_PEERS.values() for p in peers], ids=str)
-def test_a_peer_keeps_to_the_budget(peer):
-    pytest.importorskip(peer.library)
-    asked = []
-
-    def f(x):
-        asked.append(len(x))
-        return FUNCTIONS["sphere"](x)
-
-    box = FUNCTIONS["sphere"].bounds(4)
-    best = peer.best(f, box, 950, 3)
-    assert sum(asked) == 950 and 0 < best < 5000
+def test_the_peers_that_are_shown_exist():
+    for method, labels in section.SHOWN.items():
+        for label in labels:
+            assert section._named(method, label).name == label

@@ -28,8 +28,7 @@ PACKAGES = {
     "optik": "optik-py",
     "ikdh": "ikdh",
     "ssik": "ssik",
-    "mealpy": "mealpy",
-    "pymoo": "pymoo",
+    **{name: name for name in ("mealpy", "pymoo", "pygmo", "pyswarms", "scipy", "cma")},
 }
 
 

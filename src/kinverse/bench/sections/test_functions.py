@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kinverse.bench.functions import FUNCTIONS, Function, moved, off_centre, shifted
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread
-from kinverse.bench.swarm_peers import SWARM_PEERS, SwarmPeer
+from kinverse.bench.swarm_peers import PEERS, Peer
 from kinverse.optimizers import NAMES, Optimizer, make_optimizer
 from kinverse.optimizers.methods.bees_algorithm import BeesAlgorithm
 
@@ -20,6 +20,19 @@ Ends = dict[str, Array]
 RUNS = 31
 """Runs of ours, all in one loop; a peer has as many as fit into its CPU seconds, at least one."""
 SEED, PEER_SEED = 31, 7_000
+POPULATION = 100
+SHOWN = {
+    "pso": ("mealpy OriginalPSO", "mealpy LDW_PSO", "pymoo PSO", "pygmo pso_gen neighb_type=2"),
+    "ga": ("mealpy BaseGA", "pymoo GA", "pygmo sga"),
+    "gwo": ("mealpy OriginalGWO", "pygmo gwo"),
+    "tlbo": ("mealpy OriginalTLO",),
+    "bees": ("mealpy OriginalBeesA", "mealpy CleverBookBeesA"),
+    "abc": ("mealpy OriginalABC", "pygmo bee_colony"),
+    "firefly": ("mealpy OriginalFFA",),
+    "bbo": ("mealpy OriginalBBO",),
+    "de": ("scipy best1bin", "pymoo DE", "pygmo sade", "mealpy OriginalDE"),
+}
+"""The peers beside each method; nobody has crab intelligence."""
 RESOLVED = 1e-8
 """Lower values count as this one where gains are told: they are exact for any purpose."""
 LEAST_GAIN = 1.5
@@ -57,9 +70,9 @@ def test_functions(quick: bool) -> list[Line]:
                 centred[key], _ = _solve(optimizer, middle, dimensions, budget)
                 elsewhere[key], _ = _solve(optimizer, far, dimensions, budget)
                 lines.append(_lowest(section, name, key, "kinverse", off[key], taken))
-                for peer in SWARM_PEERS.get(name, ()):
-                    values, taken = _peer(peer, hard, dimensions, budget, seconds)
-                    lines.append(_lowest(section, name, key, peer.label, values, taken))
+                for label in SHOWN.get(name, ()):
+                    values, taken = _peer(_named(name, label), hard, dimensions, budget, seconds)
+                    lines.append(_lowest(section, name, key, label, values, taken))
             lines += _gains(section, name, off, centred, elsewhere)
     return lines
 
@@ -84,16 +97,21 @@ def _solve(
     return run.f_best, (time.process_time() - start) / RUNS
 
 
+def _named(method: str, label: str) -> Peer:
+    return next(peer for peer in PEERS[method] if peer.name == label)
+
+
 def _peer(
-    peer: SwarmPeer, function: Function, dimensions: int, budget: int, seconds: float
+    peer: Peer, function: Function, dimensions: int, budget: int, seconds: float
 ) -> tuple[Array, float]:
     """Lowest value of each run that fits into the CPU seconds, and CPU seconds of one run."""
     values: list[float] = []
-    box = function.bounds(dimensions)
-    peer.best(function, box, 200, PEER_SEED)  # imports
+    low, high = function.bounds(dimensions).T
+    peer.prepare(dimensions, budget, POPULATION)
     start = time.process_time()
     while len(values) < RUNS:
-        values.append(peer.best(function, box, budget, PEER_SEED + len(values)))
+        seed = PEER_SEED + len(values)
+        values.append(peer.solve(function, low, high, budget, POPULATION, seed).f)
         taken = time.process_time() - start
         if taken * (1 + 1 / len(values)) > seconds:
             break
