@@ -20,6 +20,9 @@ from kinverse.bench.sections import (
     reach,
     seven,
     speed,
+    swarm,
+    swarm_answers,
+    test_functions,
 )
 
 SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
@@ -39,6 +42,10 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "numerical": speed.numerical,
     "follow": speed.follow,
     "fk_lanes": speed.fk_lanes,
+    "swarm": swarm.against_peers,
+    "swarm_polished": swarm_answers.polished,
+    "swarm_branches": swarm_answers.eight,
+    "test_functions": test_functions.test_functions,
     "import_time": importing.import_time,
 }
 

@@ -30,7 +30,7 @@ SHOWN = {
     "abc": ("mealpy OriginalABC", "pygmo bee_colony"),
     "firefly": ("mealpy OriginalFFA",),
     "bbo": ("mealpy OriginalBBO",),
-    "de": ("scipy best1bin", "pymoo DE", "pygmo sade", "mealpy OriginalDE"),
+    "de": ("scipy best1bin", "pymoo DE", "pygmo sade variant_adptv=1", "mealpy OriginalDE"),
 }
 """The peers beside each method; nobody has crab intelligence."""
 RESOLVED = 1e-8
