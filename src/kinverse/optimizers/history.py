@@ -1,7 +1,5 @@
 """What a search looked like on its way: a callback that writes it down."""
 
-from typing import TypeVar
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +11,6 @@ __all__ = ["History"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Row = TypeVar("Row")
 
 
 class History:
@@ -81,8 +78,12 @@ class History:
             self._members.append((x, f))
         self._written = run.generation
         if len(self._rows) > self.most:
-            self._rows, self._members = _thinned(self._rows), _thinned(self._members)
+            last = len(self._rows) % 2 == 0  # the newest is not among every second
+            self._rows = self._rows[::2] + self._rows[-1:] * (last and run.done)
+            self._members = self._members[::2] + self._members[-1:] * (last and run.done)
             self._stride *= 2
+            if last and not run.done:
+                self._written = 0
 
     @property
     def evaluations(self) -> Ints:
@@ -122,7 +123,3 @@ class History:
     def _need_population(self) -> None:
         if not self.keeps_population:
             raise InputError("this history keeps no population: make it with population=True")
-
-
-def _thinned(rows: list[Row]) -> list[Row]:
-    return rows[:1] + rows[2:-1:2] + rows[-1:]

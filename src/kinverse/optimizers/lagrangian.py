@@ -90,7 +90,9 @@ class Augmented(Handling):
     with c = G - a and d = H - b; then, at the point found, lambda += w c, mu = max(0, mu + w d),
     and w grows if the violation did not fall to half. (Powell 1969; Hestenes 1969; Rockafellar
     1973; Nocedal & Wright, Numerical Optimization, 2nd ed., algorithm 17.4; the first w and the
-    test of progress after Birgin & Martinez 2014.)
+    test of progress after Birgin & Martinez 2014.) A population ends a round spread over some
+    distance; w does not grow for a violation within the spread of its last points, which would
+    only turn their noise into multipliers.
 
     The first round has the whole box and a quarter of the evaluations. Each later one starts from
     the best members of the one before in a box about the best point, at the least half as wide as
@@ -172,7 +174,7 @@ class AugmentedMerit(Merit):
         self._multipliers = np.zeros(0)
         self._round = 0
         self._max_evals = 0
-        self._lowest, self._rows_lowest = np.inf, np.zeros(0)
+        self._lowest, self._rows_lowest, self._rows_last = np.inf, np.zeros(0), np.zeros((1, 0))
         self._violation = np.inf
         self._x: Array | None = None
         self._width = 1.0
@@ -188,6 +190,7 @@ class AugmentedMerit(Merit):
             shifted = rows + self._multipliers / self.weight
             shifted = np.where(self.rows.equal, shifted, np.maximum(shifted, 0.0))
             values: Array = f + 0.5 * self.weight * (shifted**2).sum(axis=1)
+        self._rows_last = rows
         sound = np.where(values > -np.inf, values, np.inf)  # as a run reads them
         k = int(sound.argmin())
         if sound[k] < self._lowest:
@@ -244,12 +247,16 @@ class AugmentedMerit(Merit):
     def _update_multipliers(self) -> None:
         rows, equal = self._rows_lowest, self.rows.equal
         least = -self._multipliers / self.weight
-        violation = np.where(equal, np.abs(rows), np.abs(np.maximum(rows, least))).max(initial=0.0)
+        missed = np.abs(np.where(equal, rows, np.maximum(rows, least)))
         raised = self._multipliers + self.weight * rows
         self._multipliers = np.where(equal, raised, np.maximum(raised, 0.0))
-        if violation > max(0.5 * self._violation, 0.1 * self._settings.tolerance):
+        # a violation within the spread of the last points says nothing about the weight
+        with np.errstate(invalid="ignore"):
+            resolved = (missed > np.median(np.abs(self._rows_last - rows), axis=0)).any()
+        largest = float(missed.max(initial=0.0))
+        if resolved and largest > max(0.5 * self._violation, 0.1 * self._settings.tolerance):
             self.weight = min(self.weight * self._settings.growth, 1e15)
-        self._violation = violation
+        self._violation = largest
 
     def _first_weight(self, f: Array, rows: Array) -> float:
         with np.errstate(all="ignore"):

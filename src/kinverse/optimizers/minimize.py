@@ -205,7 +205,7 @@ class _Search:
             if self.history is not None:
                 self.history.record(self.run)
         reached = self.target == -np.inf or self.fun <= self.target
-        found = bool(np.isfinite(self.fun))
+        found = bool(np.isfinite(self._outside))
         result = OptimizeResult(
             x=self.x,
             fun=self.fun,
