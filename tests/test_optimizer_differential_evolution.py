@@ -105,8 +105,9 @@ def test_what_leaves_the_box_is_drawn_anew_in_it():
 
 
 @every_strategy
-def test_one_of_many_is_one_alone(strategy):
-    method = DifferentialEvolution(population=12, strategy=strategy)
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_one_of_many_is_one_alone(strategy, adaptive):
+    method = DifferentialEvolution(population=12, strategy=strategy, adaptive=adaptive)
     many = solve(method, problems=6, target=0.05)
     assert len(set(many.evaluations.tolist())) > 1
     for k in range(6):
@@ -123,6 +124,39 @@ def test_members_never_get_worse():
         f = run.members()[1]
         assert (f <= before).all()
         before = f
+
+
+def test_adaptive_members_keep_what_served_them():
+    run = begun(20, problems=50, mutation=(0.2, 1.0), adaptive=True)
+    assert (run.state.own == (0.6, 0.9)).all()
+    x = run.ask()
+    tried, f = run.state.tried.copy(), run.members()[1].copy()
+    renewed = (tried != (0.6, 0.9)).mean(axis=(0, 1))
+    assert renewed == pytest.approx([0.1, 0.1], abs=0.04)
+    run.tell(ripples(x))
+    better = (ripples(x) <= f)[:, :, None]
+    assert np.array_equal(run.state.own, np.where(better, tried, (0.6, 0.9)))
+    while not run.done:
+        run.tell(ripples(run.ask()))
+    assert (tried[..., 0] >= 0.2).all() and (tried < 1.0).all()
+
+
+def test_adaptive_members_sort_out_many_valleys():
+    def rastrigin(x):
+        away = x - 0.7
+        return (away**2 + 10.0 * (1.0 - np.cos(2.0 * np.pi * away))).sum(axis=-1)
+
+    plain, adaptive = (
+        solve(
+            DifferentialEvolution(population=40, adaptive=adaptive),
+            rastrigin,
+            [(-5.0, 5.0)] * 5,
+            max_evals=8000,
+            problems=15,
+        ).f_best
+        for adaptive in (False, True)
+    )
+    assert np.median(adaptive) < 1e-6 < 0.1 < np.median(plain)
 
 
 def test_the_strong_default_is_exact():
@@ -142,6 +176,7 @@ def test_the_strong_default_is_exact():
         {"mutation": 2.5},
         {"crossover": -0.1},
         {"crossover": 1.1},
+        {"adaptive": "jde"},
         {"population": 3},
     ],
 )
