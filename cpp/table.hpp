@@ -219,4 +219,14 @@ class Table {
   std::int64_t open_ = 0;
 };
 
+// The nearest miss of each pose; of a solved pose, its solution with the least error. Not a number where
+// there is neither.
+struct Best {
+  std::vector<double> q, position_error, rotation_error;
+};
+Best best_of(const Table& table);
+
+// What each pose's answer rests on.
+std::vector<Evidence> evidence_of(const Table& table);
+
 }  // namespace kinverse
