@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "continuum.hpp"
-#include "dispatch.hpp"
+#include "table_parts.hpp"
 
 namespace kinverse {
 namespace {
@@ -29,8 +29,7 @@ class Pass {
       : chain_(chain),
         spec_(spec),
         choice_(choice),
-        tolerances_{choice.tol_position, choice.tol_rotation, std::min(choice.exact, choice.tol_position),
-                    std::min(choice.exact, choice.tol_rotation), choice.hold_limits},
+        tolerances_(tolerances_of(choice, choice.exact)),
         kernels_(active_kernels()),
         middle_(winding_reference(chain, nullptr, true)),
         table_(table) {}
@@ -96,7 +95,7 @@ class Pass {
     const unsigned usable = choice_.hold_limits ? found.exact & found.inside : found.exact;
     if (usable && !found.near && !found.free_slots) {
       if (seed)
-        add_sorted(seed, value, step, usable);
+        table_.add_nearest_first(usable, seed, [&](int b) { return solution(value, step, b); });
       else
         table_.add_branches<WIDEST>(value, step, usable);
       table_.end_pose(Status::solved, false);
@@ -109,26 +108,6 @@ class Pass {
     facts.singular = found.free_slots && any;
     facts.representative = found.free_slots || found.weak;
     finish_pose(chain_, choice_, candidates, facts, table_);
-  }
-
-  // Distinct branches by their distance to the seed.
-  void add_sorted(const double* seed, const double* value, long step, unsigned usable) {
-    int order[MAX_BRANCHES], count = 0;
-    double key[MAX_BRANCHES];
-    for (int b = 0; b < spec_.branches; ++b) {
-      if (!(usable >> b & 1u)) continue;
-      double largest = 0.0;
-      for (int j = 0; j < chain_.dof; ++j)
-        largest = std::max(largest, std::fabs(value[b * step + j * WIDEST] - seed[j]));
-      int at = count++;
-      for (; at > 0 && key[at - 1] > largest; --at) {
-        key[at] = key[at - 1];
-        order[at] = order[at - 1];
-      }
-      key[at] = largest;
-      order[at] = b;
-    }
-    for (int k = 0; k < count; ++k) table_.add(solution(value, step, order[k]));
   }
 
   std::vector<Candidate> all_branches(const double* T, const double* seed, const double* value, long step,
@@ -173,18 +152,12 @@ class Pass {
 
 Table Analytic::solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
   const int dof = spec_.dof;
-  std::vector<Table> parts;
-  const long count = parts_of(poses, 512);
-  for (long p = 0; p < count; ++p) parts.emplace_back(dof, 0, 0);
-  run_parts(poses, count, [&](long first, long last, long part) {
-    Table& table = parts[static_cast<size_t>(part)];
-    table = Table(dof, last - first, (last - first) * spec_.branches);
-    Pass(chain_.view(), spec_, choice, table).run(T + 16 * first, last - first, seeds.from(first, dof));
+  Table table = in_parts(dof, poses, 512, spec_.branches, [&](Table& part, long first, long last) {
+    Pass(chain_.view(), spec_, choice, part).run(T + 16 * first, last - first, seeds.from(first, dof));
   });
-  for (size_t p = 1; p < parts.size(); ++p) parts[0].append(parts[p]);
-  parts[0].evaluations_each = spec_.branches;
-  parts[0].method = Ground::closed_form;
-  return std::move(parts[0]);
+  table.evaluations_each = spec_.branches;
+  table.method = Ground::closed_form;
+  return table;
 }
 
 Candidates Analytic::propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const {
@@ -194,11 +167,8 @@ Candidates Analytic::propose(const double* T, long poses, const Seeds& seeds, co
   for (long pose = 0; pose < poses; ++pose) {
     const double* row = T + 16 * pose;
     bool singular = false;
-    for (const Candidate& c : pass.propose(row, seeds.of(pose, spec_.dof), singular)) {
-      all.q.insert(all.q.end(), c.q.begin(), c.q.end());
-      all.pose_index.push_back(pose);
-      all.branch.push_back(c.branch);
-    }
+    for (const Candidate& c : pass.propose(row, seeds.of(pose, spec_.dof), singular))
+      all.add(pose, c.q.data(), spec_.dof, c.branch);
     const bool unreachable = pass.is_unreachable(row);
     all.hint.push_back(static_cast<std::uint8_t>(unreachable ? Status::unreachable : Status::not_found));
     Evidence& evidence = all.evidence.emplace_back();

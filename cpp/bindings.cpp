@@ -35,11 +35,15 @@ nb::ndarray<nb::numpy, T> owned_array(std::vector<size_t> shape) {
   return nb::ndarray<nb::numpy, T>(data, shape.size(), shape.data(), owner);
 }
 
+// An array that owns what was a vector's.
 template <class T, class U>
-nb::ndarray<nb::numpy, T> copied(const std::vector<U>& from, std::vector<size_t> shape) {
-  auto array = owned_array<T>(shape);
-  std::copy(from.begin(), from.end(), array.data());
-  return array;
+nb::ndarray<nb::numpy, T> moved(std::vector<U> from, std::vector<size_t> shape) {
+  static_assert(sizeof(T) == sizeof(U));
+  static T nothing{};
+  auto* held = new std::vector<U>(std::move(from));
+  nb::capsule owner(held, [](void* p) noexcept { delete static_cast<std::vector<U>*>(p); });
+  T* data = held->empty() ? &nothing : reinterpret_cast<T*>(held->data());
+  return nb::ndarray<nb::numpy, T>(data, shape.size(), shape.data(), owner);
 }
 
 void require(bool condition, const char* message) {
@@ -131,38 +135,16 @@ nb::object view(nb::handle owner, const Buffer<U>& buffer, std::vector<size_t> s
   return nb::ndarray<nb::numpy, const T>(data, shape.size(), shape.data(), owner).cast();
 }
 
-// The nearest miss of each pose; of a solved pose, its solution with the least error.
-struct Best {
-  nb::ndarray<nb::numpy, double> q, position_error, rotation_error;
-};
-Best best_of(const Table& table) {
-  const size_t poses = static_cast<size_t>(table.poses()), dof = static_cast<size_t>(table.dof());
-  Best best{owned_array<double>({poses, dof}), owned_array<double>({poses}), owned_array<double>({poses})};
-  const double none = std::numeric_limits<double>::quiet_NaN();
-  std::fill_n(best.q.data(), poses * dof, none);
-  std::fill_n(best.position_error.data(), poses, none);
-  std::fill_n(best.rotation_error.data(), poses, none);
-  auto offer = [&](std::int64_t pose, const double* q, double position, double rotation) {
-    double& held = best.position_error.data()[pose];
-    if (!std::isnan(held) && std::fmax(held, best.rotation_error.data()[pose]) <= std::fmax(position, rotation)) return;
-    held = position;
-    best.rotation_error.data()[pose] = rotation;
-    std::copy(q, q + dof, best.q.data() + static_cast<size_t>(pose) * dof);
-  };
-  for (long k = 0; k < table.solutions(); ++k)
-    offer(table.pose_index[k], table.q.data() + k * table.dof(), table.position_error[k], table.rotation_error[k]);
-  for (long k = 0; k < table.best_pose.size(); ++k)
-    offer(table.best_pose[k], table.best_q.data() + k * table.dof(), table.best_position_error[k],
-          table.best_rotation_error[k]);
-  return best;
+template <class T, auto COLUMN>
+nb::object column(nb::handle_t<Table> self) {
+  const auto& buffer = nb::cast<const Table&>(self).*COLUMN;
+  return view<T>(self, buffer, {static_cast<size_t>(buffer.size())});
 }
 
 nb::object evaluations_of(nb::handle owner, const Table& table) {
   const size_t poses = static_cast<size_t>(table.poses());
   if (table.evaluations.size()) return view<std::int64_t>(owner, table.evaluations, {poses});
-  auto counts = owned_array<std::int64_t>({poses});
-  std::fill_n(counts.data(), poses, table.evaluations_each);
-  return counts.cast();
+  return moved<std::int64_t>(std::vector(poses, table.evaluations_each), {poses}).cast();
 }
 
 // The rows of Evidence as NumPy knows them.
@@ -174,30 +156,18 @@ nb::object evidence_type() {
   return nb::module_::import_("numpy").attr("dtype")(fields);
 }
 
-nb::object evidence_rows(const Evidence* from, size_t count) {
-  auto bytes = owned_array<std::uint8_t>({count * EVIDENCE_BYTES});
-  for (size_t i = 0; i < count; ++i) std::memcpy(bytes.data() + i * EVIDENCE_BYTES, from + i, EVIDENCE_BYTES);
+nb::object evidence_rows(const std::vector<Evidence>& rows) {
+  auto bytes = owned_array<std::uint8_t>({rows.size() * EVIDENCE_BYTES});
+  for (size_t i = 0; i < rows.size(); ++i) std::memcpy(bytes.data() + i * EVIDENCE_BYTES, &rows[i], EVIDENCE_BYTES);
   return bytes.cast().attr("view")(evidence_type());
-}
-
-nb::object evidence_of(const Table& table) {
-  if (table.evidence.size()) return evidence_rows(table.evidence.data(), static_cast<size_t>(table.poses()));
-  std::vector<Evidence> rows(static_cast<size_t>(table.poses()));
-  for (size_t i = 0; i < rows.size(); ++i) {
-    const Status status = static_cast<Status>(table.status[static_cast<long>(i)]);
-    rows[i].method = status == Status::unreachable ? Ground::bounds : table.method;
-    rows[i].weak = rows[i].method < Ground::closed_form || status == Status::not_found;
-  }
-  return evidence_rows(rows.data(), rows.size());
 }
 
 // What a method counted under this name; -1 where it did not.
 nb::object counter_of(nb::handle owner, const Table& table, const char* name) {
   for (const auto& [known, column] : table.columns)
     if (known == name) return view<std::int64_t>(owner, column, {static_cast<size_t>(column.size())});
-  auto none = owned_array<std::int64_t>({static_cast<size_t>(table.poses())});
-  std::fill_n(none.data(), table.poses(), std::int64_t{-1});
-  return none.cast();
+  const size_t poses = static_cast<size_t>(table.poses());
+  return moved<std::int64_t>(std::vector(poses, std::int64_t{-1}), {poses}).cast();
 }
 
 using PoseArray = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
@@ -233,6 +203,15 @@ bool plain_call(nb::handle T, nb::handle q_seed, int dof, PlainCall& call) {
     if (!(std::fabs(seed.data()[k]) <= MOST_SEED)) return false;
   call.seeds = {seed.data(), shared};
   return true;
+}
+
+// What `work` makes of a call; nothing if it cannot be used as it stands.
+template <class Work>
+Table* answer(nb::handle T, nb::handle q_seed, int dof, Work work) {
+  PlainCall call;
+  if (!plain_call(T, q_seed, dof, call)) return nullptr;
+  nb::gil_scoped_release unlocked;
+  return new Table(work(call));
 }
 
 Choice make_choice(int task, double tol_position, double tol_rotation, bool all_windings, bool ignore_limits,
@@ -272,10 +251,39 @@ Table* verify_candidates(const OwnedChain& chain, int task, In<double, 3> T, In<
 
 // ---- closed forms -------------------------------------------------------------------------------
 
-struct ClosedForm {
-  Analytic analytic;
+// A solver and how its answers are chosen.
+template <class Solver>
+struct Form {
+  Solver solver;
   Choice choice;
 };
+
+template <class Solver>
+Table* solve_form(const Form<Solver>& form, nb::handle T, nb::handle q_seed, nb::handle) {
+  return answer(T, q_seed, form.solver.chain().dof(), [&](const PlainCall& call) {
+    return form.solver.solve(call.T, call.poses, call.seeds, form.choice);
+  });
+}
+
+template <class Solver>
+nb::object propose_form(const Form<Solver>& form, nb::handle T, nb::handle q_seed) {
+  const int dof = form.solver.chain().dof();
+  PlainCall call;
+  if (!plain_call(T, q_seed, dof, call)) return nb::none();
+  Candidates found;
+  {
+    nb::gil_scoped_release unlocked;
+    found = form.solver.propose(call.T, call.poses, call.seeds, form.choice);
+  }
+  const size_t count = found.branch.size(), poses = found.hint.size();
+  return nb::make_tuple(moved<double>(std::move(found.q), {count, static_cast<size_t>(dof)}),
+                        moved<std::int64_t>(std::move(found.pose_index), {count}),
+                        moved<std::int32_t>(std::move(found.branch), {count}),
+                        moved<std::uint8_t>(std::move(found.hint), {poses}),
+                        moved<bool>(std::move(found.singular), {poses}), evidence_rows(found.evidence));
+}
+
+using ClosedForm = Form<Analytic>;
 
 // Arrays of an arm's rows; `dof` of them.
 ClosedFormSpec make_spec(size_t dof, int family, int regional, bool reversed, bool perpendicular_wrist,
@@ -324,38 +332,9 @@ ClosedForm make_closed_form(const OwnedChain& chain, int family, int regional, b
   return {Analytic(chain, spec), make_choice(0, tol_position, tol_rotation, false, ignore_limits, exact)};
 }
 
-Table* solve_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, form.analytic.spec().dof, call)) return nullptr;
-  nb::gil_scoped_release unlocked;
-  return new Table(form.analytic.solve(call.T, call.poses, call.seeds, form.choice));
-}
-
-nb::object rows(const Candidates& found, int dof) {
-  const size_t count = found.branch.size(), poses = found.hint.size();
-  return nb::make_tuple(copied<double>(found.q, {count, static_cast<size_t>(dof)}),
-                        copied<std::int64_t>(found.pose_index, {count}), copied<std::int32_t>(found.branch, {count}),
-                        copied<std::uint8_t>(found.hint, {poses}), copied<bool>(found.singular, {poses}),
-                        evidence_rows(found.evidence.data(), poses));
-}
-
-nb::object propose_closed_form(const ClosedForm& form, nb::handle T, nb::handle q_seed) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, form.analytic.spec().dof, call)) return nb::none();
-  Candidates found;
-  {
-    nb::gil_scoped_release unlocked;
-    found = form.analytic.propose(call.T, call.poses, call.seeds, form.choice);
-  }
-  return rows(found, form.analytic.spec().dof);
-}
-
 // ---- six joints of any kind ---------------------------------------------------------------------
 
-struct GeneralForm {
-  General6RSolver solver;
-  Choice choice;
-};
+using GeneralForm = Form<General6RSolver>;
 
 GeneralForm make_general(const OwnedChain& chain, double tol_position, double tol_rotation, bool ignore_limits,
                          double exact) {
@@ -363,30 +342,9 @@ GeneralForm make_general(const OwnedChain& chain, double tol_position, double to
   return {General6RSolver(chain, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits)};
 }
 
-Table* solve_general(const GeneralForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, 6, call)) return nullptr;
-  nb::gil_scoped_release unlocked;
-  return new Table(form.solver.solve(call.T, call.poses, call.seeds, form.choice));
-}
-
-nb::object propose_general(const GeneralForm& form, nb::handle T, nb::handle q_seed) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, 6, call)) return nb::none();
-  Candidates found;
-  {
-    nb::gil_scoped_release unlocked;
-    found = form.solver.propose(call.T, call.poses, call.seeds, form.choice);
-  }
-  return rows(found, 6);
-}
-
 // ---- seven joints -------------------------------------------------------------------------------
 
-struct RedundantForm {
-  Redundant redundant;
-  Choice choice;
-};
+using RedundantForm = Form<Redundant>;
 
 RedundantForm make_redundant(const OwnedChain& chain, int parameter, int family, int regional, bool reversed,
                              bool perpendicular_wrist, bool perpendicular_shoulder, In<double, 2> links,
@@ -417,34 +375,14 @@ RedundantForm make_redundant(const OwnedChain& chain, int parameter, int family,
   return {Redundant(chain, spec, exact), make_choice(0, tol_position, tol_rotation, false, ignore_limits, exact)};
 }
 
-Table* solve_redundant(const RedundantForm& form, nb::handle T, nb::handle q_seed, nb::handle) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, 7, call)) return nullptr;
-  nb::gil_scoped_release unlocked;
-  return new Table(form.redundant.solve(call.T, call.poses, call.seeds, form.choice));
-}
-
 Table* solve_redundant_at(const RedundantForm& form, nb::handle T, In<double, 1> value, nb::handle q_seed) {
   PlainCall call;
   if (!plain_call(T, q_seed, 7, call) || value.shape(0) != static_cast<size_t>(call.poses)) return nullptr;
   nb::gil_scoped_release unlocked;
-  return new Table(form.redundant.solve_at(call.T, value.data(), call.poses, call.seeds, form.choice));
+  return new Table(form.solver.solve_at(call.T, value.data(), call.poses, call.seeds, form.choice));
 }
 
 // ---- least squares ------------------------------------------------------------------------------
-
-nb::object estimate_arrays(const Estimate& estimate, int dof) {
-  const size_t poses = estimate.found.size();
-  auto q = owned_array<double>({poses, static_cast<size_t>(dof)});
-  std::copy(estimate.q.begin(), estimate.q.end(), q.data());
-  auto copied = [&]<class U>(const std::vector<U>& from) {
-    auto to = owned_array<U>({poses});
-    std::copy(from.begin(), from.end(), to.data());
-    return to;
-  };
-  return nb::make_tuple(q, copied(estimate.found), copied(estimate.evaluations), copied(estimate.iterations),
-                        copied(estimate.starts), copied(estimate.stop));
-}
 
 LeastSquares make_least_squares(const OwnedChain& chain, int task, int method, double tol_position, double tol_rotation,
                                 double weight_position, double weight_rotation, double max_distance, double damping,
@@ -461,10 +399,8 @@ LeastSquares make_least_squares(const OwnedChain& chain, int task, int method, d
 }
 
 Table* solve_least_squares(const LeastSquares& solver, nb::handle T, nb::handle q_seed, std::uint64_t seed) {
-  PlainCall call;
-  if (!plain_call(T, q_seed, solver.dof(), call)) return nullptr;
-  nb::gil_scoped_release unlocked;
-  return new Table(solver.solve(call.T, call.poses, call.seeds, seed));
+  return answer(T, q_seed, solver.dof(),
+                [&](const PlainCall& call) { return solver.solve(call.T, call.poses, call.seeds, seed); });
 }
 
 template <class Work>
@@ -476,7 +412,19 @@ nb::object estimate(const LeastSquares& solver, nb::handle T, nb::handle q_seed,
     nb::gil_scoped_release unlocked;
     found = work(call);
   }
-  return estimate_arrays(*found, solver.dof());
+  const size_t poses = found->found.size();
+  return nb::make_tuple(moved<double>(std::move(found->q), {poses, static_cast<size_t>(solver.dof())}),
+                        moved<std::uint8_t>(std::move(found->found), {poses}),
+                        moved<std::int64_t>(std::move(found->evaluations), {poses}),
+                        moved<std::int64_t>(std::move(found->iterations), {poses}),
+                        moved<std::int64_t>(std::move(found->starts), {poses}),
+                        moved<std::uint8_t>(std::move(found->stop), {poses}));
+}
+
+// __init__ by a function that makes the object.
+template <class Made, class... Arguments>
+auto init(Made (*make)(Arguments...)) {
+  return [make](Made* self, Arguments... arguments) { new (self) Made(make(std::forward<Arguments>(arguments)...)); };
 }
 
 }  // namespace
@@ -499,11 +447,7 @@ NB_MODULE(_core, m) {
   m.def("set_instruction_set", &set_active_kernels, "name"_a);
 
   nb::class_<OwnedChain>(m, "Chain")
-      .def("__init__",
-           [](OwnedChain* self, In<double, 3> frames, In<std::uint8_t, 1> prismatic, In<int, 1> source,
-              In<double, 1> multiplier, In<double, 1> offset, In<double, 2> limits) {
-             new (self) OwnedChain(make_chain(frames, prismatic, source, multiplier, offset, limits));
-           },
+      .def("__init__", init(&make_chain),
            "frames"_a, "prismatic"_a, "source"_a, "multiplier"_a, "offset"_a, "limits"_a)
       .def_prop_ro("dof", &OwnedChain::dof)
       .def("fk", &forward, "q"_a, "one_lane"_a = false)
@@ -516,65 +460,21 @@ NB_MODULE(_core, m) {
                      const Table& t = nb::cast<const Table&>(self);
                      return view<double>(self, t.q, {static_cast<size_t>(t.solutions()), static_cast<size_t>(t.dof())});
                    })
-      .def_prop_ro("pose_index",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::int64_t>(self, t.pose_index, {static_cast<size_t>(t.solutions())});
-                   })
-      .def_prop_ro("position_error",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<double>(self, t.position_error, {static_cast<size_t>(t.solutions())});
-                   })
-      .def_prop_ro("rotation_error",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<double>(self, t.rotation_error, {static_cast<size_t>(t.solutions())});
-                   })
-      .def_prop_ro("branch",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::int32_t>(self, t.branch, {static_cast<size_t>(t.solutions())});
-                   })
-      .def_prop_ro("status",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::uint8_t>(self, t.status, {static_cast<size_t>(t.poses())});
-                   })
-      .def_prop_ro("count",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::int64_t>(self, t.count, {static_cast<size_t>(t.poses())});
-                   })
-      .def_prop_ro("singular",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<bool>(self, t.singular, {static_cast<size_t>(t.poses())});
-                   })
+      .def_prop_ro("pose_index", &column<std::int64_t, &Table::pose_index>)
+      .def_prop_ro("position_error", &column<double, &Table::position_error>)
+      .def_prop_ro("rotation_error", &column<double, &Table::rotation_error>)
+      .def_prop_ro("branch", &column<std::int32_t, &Table::branch>)
+      .def_prop_ro("status", &column<std::uint8_t, &Table::status>)
+      .def_prop_ro("count", &column<std::int64_t, &Table::count>)
+      .def_prop_ro("singular", &column<bool, &Table::singular>)
       .def_prop_ro("evaluations",
                    [](nb::handle_t<Table> self) { return evaluations_of(self, nb::cast<const Table&>(self)); })
-      .def_prop_ro("interval_pose",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::int64_t>(self, t.interval_pose, {static_cast<size_t>(t.interval_pose.size())});
-                   })
-      .def_prop_ro("interval_branch",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<std::int32_t>(self, t.interval_branch, {static_cast<size_t>(t.interval_pose.size())});
-                   })
-      .def_prop_ro("interval_low",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<double>(self, t.interval_low, {static_cast<size_t>(t.interval_pose.size())});
-                   })
-      .def_prop_ro("interval_high",
-                   [](nb::handle_t<Table> self) {
-                     const Table& t = nb::cast<const Table&>(self);
-                     return view<double>(self, t.interval_high, {static_cast<size_t>(t.interval_pose.size())});
-                   })
+      .def_prop_ro("interval_pose", &column<std::int64_t, &Table::interval_pose>)
+      .def_prop_ro("interval_branch", &column<std::int32_t, &Table::interval_branch>)
+      .def_prop_ro("interval_low", &column<double, &Table::interval_low>)
+      .def_prop_ro("interval_high", &column<double, &Table::interval_high>)
       .def_prop_ro("not_found", [](const Table& table) { return table.not_found; })
-      .def_prop_ro("evidence", &evidence_of)
+      .def_prop_ro("evidence", [](const Table& table) { return evidence_rows(evidence_of(table)); })
       .def_prop_ro("iterations",
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "iterations"); })
       .def_prop_ro("starts",
@@ -583,78 +483,57 @@ NB_MODULE(_core, m) {
                    [](nb::handle_t<Table> self) { return counter_of(self, nb::cast<const Table&>(self), "stop"); })
       .def_prop_ro("cost",
                    [](const Table& table) {
-                     auto none = owned_array<double>({static_cast<size_t>(table.poses())});
-                     std::fill_n(none.data(), table.poses(), std::numeric_limits<double>::quiet_NaN());
-                     return none.cast();
+                     const size_t poses = static_cast<size_t>(table.poses());
+                     return moved<double>(std::vector<double>(poses, std::numeric_limits<double>::quiet_NaN()), {poses}).cast();
                    })
-      .def_prop_ro("best_q", [](const Table& table) { return best_of(table).q.cast(); })
-      .def_prop_ro("best_position_error", [](const Table& table) { return best_of(table).position_error.cast(); })
-      .def_prop_ro("best_rotation_error", [](const Table& table) { return best_of(table).rotation_error.cast(); });
+      .def_prop_ro("best_q",
+                   [](const Table& table) {
+                     const size_t poses = static_cast<size_t>(table.poses()), dof = static_cast<size_t>(table.dof());
+                     return moved<double>(best_of(table).q, {poses, dof}).cast();
+                   })
+      .def_prop_ro("best_position_error",
+                   [](const Table& table) {
+                     return moved<double>(best_of(table).position_error, {static_cast<size_t>(table.poses())}).cast();
+                   })
+      .def_prop_ro("best_rotation_error", [](const Table& table) {
+        return moved<double>(best_of(table).rotation_error, {static_cast<size_t>(table.poses())}).cast();
+      });
 
   m.def("verify", &verify_candidates, "chain"_a, "task"_a, "T"_a, "q"_a, "pose_index"_a, "branch"_a, "hint"_a,
         "q_seed"_a.none(), "tol_position"_a, "tol_rotation"_a, "all_windings"_a, "ignore_limits"_a,
         "exact"_a = std::numeric_limits<double>::infinity(), "singular"_a.none() = nb::none(), nb::rv_policy::take_ownership);
 
   nb::class_<ClosedForm>(m, "ClosedForm")
-      .def("__init__",
-           [](ClosedForm* self, const OwnedChain& chain, int family, int regional, bool reversed,
-              bool perpendicular_wrist, In<double, 2> links, In<double, 2> base_inverse, In<double, 2> tool_inverse,
-              In<int, 1> joint, In<double, 1> sign, In<double, 1> offset, double tol_position, double tol_rotation,
-              bool ignore_limits, double exact, double deviation) {
-             new (self) ClosedForm(make_closed_form(chain, family, regional, reversed, perpendicular_wrist, links,
-                                                    base_inverse, tool_inverse, joint, sign, offset, tol_position,
-                                                    tol_rotation, ignore_limits, exact, deviation));
-           },
+      .def("__init__", init(&make_closed_form),
            "chain"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a, "links"_a, "base_inverse"_a,
            "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a,
            "deviation"_a)
-      .def("solve", &solve_closed_form, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+      .def("solve", &solve_form<Analytic>, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
-      .def("propose", &propose_closed_form, "T"_a.none(), "q_seed"_a.none() = nb::none());
+      .def("propose", &propose_form<Analytic>, "T"_a.none(), "q_seed"_a.none() = nb::none());
 
   nb::class_<GeneralForm>(m, "GeneralForm")
-      .def("__init__",
-           [](GeneralForm* self, const OwnedChain& chain, double tol_position, double tol_rotation, bool ignore_limits,
-              double exact) {
-             new (self) GeneralForm(make_general(chain, tol_position, tol_rotation, ignore_limits, exact));
-           },
+      .def("__init__", init(&make_general),
            "chain"_a, "tol_position"_a, "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
       .def_prop_ro("recall", [](const GeneralForm& form) { return form.solver.recall(); })
       .def_prop_ro("eliminations", [](const GeneralForm& form) { return static_cast<int>(form.solver.kept().size()); })
-      .def("solve", &solve_general, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+      .def("solve", &solve_form<General6RSolver>, "T"_a.none(), "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
-      .def("propose", &propose_general, "T"_a.none(), "q_seed"_a.none() = nb::none());
+      .def("propose", &propose_form<General6RSolver>, "T"_a.none(), "q_seed"_a.none() = nb::none());
 
   nb::class_<RedundantForm>(m, "Redundant")
-      .def("__init__",
-           [](RedundantForm* self, const OwnedChain& chain, int parameter, int family, int regional, bool reversed,
-              bool perpendicular_wrist, bool perpendicular_shoulder, In<double, 2> links, In<double, 2> base_inverse,
-              In<double, 2> tool_inverse, In<int, 1> joint, In<double, 1> sign, In<double, 1> offset,
-              In<double, 2> before_inverse, In<double, 2> behind_inverse, double elbow_side, double low, double high,
-              bool round, double tol_position, double tol_rotation, bool ignore_limits, double exact) {
-             new (self) RedundantForm(make_redundant(chain, parameter, family, regional, reversed, perpendicular_wrist,
-                                                     perpendicular_shoulder, links, base_inverse, tool_inverse, joint,
-                                                     sign, offset, before_inverse, behind_inverse, elbow_side, low, high,
-                                                     round, tol_position, tol_rotation, ignore_limits, exact));
-           },
+      .def("__init__", init(&make_redundant),
            "chain"_a, "parameter"_a, "family"_a, "regional"_a, "reversed"_a, "perpendicular_wrist"_a,
            "perpendicular_shoulder"_a, "links"_a, "base_inverse"_a, "tool_inverse"_a, "joint"_a, "sign"_a, "offset"_a,
            "before_inverse"_a, "behind_inverse"_a, "elbow_side"_a, "low"_a, "high"_a, "round"_a, "tol_position"_a,
            "tol_rotation"_a, "ignore_limits"_a, "exact"_a)
-      .def("solve", &solve_redundant, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
+      .def("solve", &solve_form<Redundant>, "T"_a, "q_seed"_a.none() = nb::none(), "seed"_a = 0,
            nb::rv_policy::take_ownership)
       .def("solve_at", &solve_redundant_at, "T"_a, "value"_a, "q_seed"_a.none() = nb::none(),
            nb::rv_policy::take_ownership);
 
   nb::class_<LeastSquares>(m, "LeastSquares")
-      .def("__init__",
-           [](LeastSquares* self, const OwnedChain& chain, int task, int method, double tol_position,
-              double tol_rotation, double weight_position, double weight_rotation, double max_distance, double damping,
-              double step_tolerance, double gradient_tolerance, int max_starts, int max_iterations, bool ignore_limits) {
-             new (self) LeastSquares(make_least_squares(chain, task, method, tol_position, tol_rotation, weight_position,
-                                                        weight_rotation, max_distance, damping, step_tolerance,
-                                                        gradient_tolerance, max_starts, max_iterations, ignore_limits));
-           },
+      .def("__init__", init(&make_least_squares),
            "chain"_a, "task"_a, "method"_a, "tol_position"_a, "tol_rotation"_a, "weight_position"_a,
            "weight_rotation"_a, "max_distance"_a, "damping"_a, "step_tolerance"_a, "gradient_tolerance"_a,
            "max_starts"_a, "max_iterations"_a, "ignore_limits"_a)

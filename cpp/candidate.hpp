@@ -26,7 +26,19 @@ template <int W>
 struct Checked {
   Pack<W> position_error, rotation_error;
   Mask<W> verified, inside;
+
+  KINVERSE_INLINE Mask<W> within(double position, double rotation) const {
+    return (position_error <= Pack<W>(position)) & (rotation_error <= Pack<W>(rotation));
+  }
 };
+
+// Joint values, then the two errors, one row each, from lane `first` of the rows on.
+template <int W, int LENGTH>
+KINVERSE_INLINE void store_checked(const Checked<W>& checked, const Pack<W>* q, int dof, double (*row)[LENGTH], int first) {
+  for (int j = 0; j < dof; ++j) store(row[j] + first, q[j]);
+  store(row[dof] + first, checked.position_error);
+  store(row[dof + 1] + first, checked.rotation_error);
+}
 
 // Moves q onto its limits where it is outside by rounding only, and measures its error; `reach` is the
 // chain's forward kinematics.
@@ -43,7 +55,7 @@ KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack
     result.inside = result.inside & (q[j] >= low) & (q[j] <= high);
   }
   task_errors<W>(task, target, reach(q), result.position_error, result.rotation_error);
-  result.verified = (result.position_error <= P(tol_position)) & (result.rotation_error <= P(tol_rotation));
+  result.verified = result.within(tol_position, tol_rotation);
   return result;
 }
 
@@ -57,6 +69,8 @@ KINVERSE_INLINE Checked<W> check(const Chain& chain, Task task, const Frame<Pack
 // of a pose share their first joints. For chains whose joints stand at their own values.
 template <int W, int MOST>
 struct SharedForward {
+  KINVERSE_INLINE explicit SharedForward(const Chain& chain) : chain(chain) {}
+
   const Chain& chain;
   Pack<W> held[MOST];
   Frame<Pack<W>> after[MOST];  // joint i

@@ -26,11 +26,8 @@ KINVERSE_INLINE StoredBranch<W> store_branch(const Chain& chain, const ClosedFor
   }
   Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation,
                              [&](const P* at) { return reach(at); });
-  for (int j = 0; j < spec.dof; ++j) store(value[j] + first_lane, q[j]);
-  store(value[spec.dof] + first_lane, checked.position_error);
-  store(value[spec.dof + 1] + first_lane, checked.rotation_error);
-  const Mask<W> exact = (checked.position_error <= P(tolerances.exact_position)) &
-                        (checked.rotation_error <= P(tolerances.exact_rotation));
+  store_checked(checked, q, spec.dof, value, first_lane);
+  const Mask<W> exact = checked.within(tolerances.exact_position, tolerances.exact_rotation);
   return {lane_bits(exact), lane_bits(checked.verified), lane_bits(checked.inside)};
 }
 
@@ -40,18 +37,10 @@ void solve_poses(const Chain& chain, const ClosedFormSpec& spec, const Tolerance
   constexpr int W = LANES;
   using P = Pack<W>;
   LaneContext<W> context;
-  if (free)
-    for (int slot = 0; slot < FREE_SLOTS; ++slot) {
-      context.free_cos[slot] = load<W>(free->cosine[slot]);
-      context.free_sin[slot] = load<W>(free->sine[slot]);
-    }
+  context.take(free);
   const Frame<P> target = gather_frames<W>(T);
   P reference[6];
-  for (int j = 0; j < spec.dof; ++j) {
-    alignas(64) double t[W];
-    for (int l = 0; l < W; ++l) t[l] = reference_rows[l][j];
-    reference[j] = load<W>(t);
-  }
+  gather_rows<W>(reference_rows, spec.dof, reference);
   P theta[MAX_BRANCHES][6];
   visit_branches<Model>(spec, context, target, [&](int number, const P* t) {
     for (int i = 0; i < spec.dof; ++i) theta[number][i] = t[i];
@@ -138,18 +127,9 @@ bool branch_possible(const ClosedFormSpec& spec, const Elements<Interval>& e, co
 // discriminant is negative, or whose condition fails, everywhere in it has no joint values; when all
 // branches are such, no joint values exist.
 inline bool closed_form_unreachable(const ClosedFormSpec& spec, const Tolerances& tolerances, const double* T) {
-  auto around = [](double x, double width) {
-    width += 1e-12 * (1.0 + __builtin_fabs(x));
-    return Interval(x - width, x + width);
-  };
   // the equations are those of an arm that may differ from the chain by a little
-  const double position = tolerances.position + spec.position_deviation;
-  const double rotation = tolerances.rotation + spec.rotation_deviation;
-  Frame<Interval> target;
-  Vec3<Interval>* columns[3] = {&target.x, &target.y, &target.z};
-  for (int j = 0; j < 3; ++j)
-    *columns[j] = {around(T[j], rotation), around(T[4 + j], rotation), around(T[8 + j], rotation)};
-  target.p = {around(T[3], position), around(T[7], position), around(T[11], position)};
+  const Frame<Interval> target = poses_near(T, tolerances.position + spec.position_deviation,
+                                            tolerances.rotation + spec.rotation_deviation);
   bool possible = false;
   with_model(spec.family, [&]<class Model>(Model) {
     const Elements<Interval> e = canonical_target(spec, target);

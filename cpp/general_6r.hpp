@@ -1,9 +1,7 @@
 // Six joints of any kind: every solution by elimination, with evidence of completeness.
 #pragma once
 
-#include <vector>
-
-#include "general_6r_setup.hpp"
+#include "general_6r_trials.hpp"
 #include "verify.hpp"
 
 namespace kinverse {
@@ -16,9 +14,9 @@ class General6RSolver {
 
   const OwnedChain& chain() const { return chain_; }
   // how many of the solutions of the trial poses the first elimination found, 0..1
-  double recall() const { return recall_; }
+  double recall() const { return chosen_.recall; }
   // which eliminations were kept: loop and disturbance
-  const std::vector<std::pair<int, double>>& kept() const { return kept_; }
+  const std::vector<std::pair<int, double>>& kept() const { return chosen_.kept; }
 
   // T (poses, 16), checked; choice.all_windings is not for this path.
   Table solve(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
@@ -26,12 +24,11 @@ class General6RSolver {
   Candidates propose(const double* T, long poses, const Seeds& seeds, const Choice& choice) const;
 
  private:
-  void choose();
+  General6R arm() const;
 
   OwnedChain chain_;
-  double exact_, size_, recall_ = 0.0;
-  std::vector<Elimination> eliminations_;
-  std::vector<std::pair<int, double>> kept_;
+  double exact_, size_;
+  ChosenEliminations chosen_;
 };
 
 }  // namespace kinverse

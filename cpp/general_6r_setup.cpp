@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "random.hpp"
+
 namespace kinverse {
 namespace {
 
@@ -40,21 +42,6 @@ Link motion(bool prismatic, double bend, double v) {
   const double s = 2.0 * half * scale, versed = 2.0 * half * half * scale, c = 1.0 - versed;
   return {1, 0, 0, 0, 0, c, -s, -v * half * scale, 0, s, c, v * scale};
 }
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform(double low, double high) {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    z ^= z >> 31;
-    return low + (high - low) * static_cast<double>(z >> 11) * 0x1p-53;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 Link disturbed(const Link& link, double by, Random& random) {
   if (by == 0.0) return link;

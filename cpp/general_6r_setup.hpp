@@ -1,7 +1,5 @@
-// The eliminations of one six-joint arm: built from its chain, the best of them chosen by trying.
+// The eliminations of one six-joint arm, built from its chain.
 #pragma once
-
-#include <vector>
 
 #include "general_6r_spec.hpp"
 #include "owned_chain.hpp"

@@ -1,4 +1,4 @@
-// What the elimination for a general six-joint arm needs to know: found once per arm (general_6r.cpp).
+// What the elimination for a general six-joint arm needs to know: found once per arm (general_6r_setup.cpp).
 #pragma once
 
 namespace kinverse {

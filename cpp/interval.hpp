@@ -3,7 +3,7 @@
 // ten orders above it).
 #pragma once
 
-#include "simd.hpp"
+#include "se3.hpp"
 
 namespace kinverse::KINVERSE_ISA {
 
@@ -46,6 +46,20 @@ inline Interval root_of(Interval a) {
 inline Interval quotient(Interval a, Interval b) {
   if (b.contains(0.0)) return {-UNBOUNDED, UNBOUNDED};
   return a * Interval(1.0 / b.hi, 1.0 / b.lo);
+}
+
+// All poses within these errors of T, and what rounding adds.
+inline Frame<Interval> poses_near(const double* T, double position, double rotation) {
+  auto around = [](double x, double width) {
+    width += 1e-12 * (1.0 + __builtin_fabs(x));
+    return Interval(x - width, x + width);
+  };
+  Frame<Interval> f;
+  Vec3<Interval>* columns[3] = {&f.x, &f.y, &f.z};
+  for (int j = 0; j < 3; ++j)
+    *columns[j] = {around(T[j], rotation), around(T[4 + j], rotation), around(T[8 + j], rotation)};
+  f.p = {around(T[3], position), around(T[7], position), around(T[11], position)};
+  return f;
 }
 
 template <int W>

@@ -19,19 +19,6 @@ bool redundant_unreachable(const RedundantSpec& spec, const Tolerances& toleranc
 
 namespace {
 
-// Rows of joint values, lane l from configuration first + l; the tail repeats the last one, so that
-// every configuration goes through the same instructions.
-template <int W>
-KINVERSE_INLINE void gather_joints(const double* q, int dof, long first, long count, Pack<W>* out) {
-  const double* rows[W];
-  for (int l = 0; l < W; ++l) rows[l] = q + (first + l < count ? first + l : count - 1) * dof;
-  for (int j = 0; j < dof; ++j) {
-    alignas(64) double t[W];
-    for (int l = 0; l < W; ++l) t[l] = rows[l][j];
-    out[j] = load<W>(t);
-  }
-}
-
 template <int W>
 void forward_batch(const Chain& chain, const double* q, long count, double* T) {
   for (long first = 0; first < count; first += W) {

@@ -6,6 +6,15 @@
 
 namespace kinverse::KINVERSE_ISA {
 
+// Rows of joint values, lane l from configuration first + l; the tail repeats the last one, so that
+// every configuration goes through the same instructions.
+template <int W>
+KINVERSE_INLINE void gather_joints(const double* q, int dof, long first, long count, Pack<W>* out) {
+  const double* rows[W];
+  for (int l = 0; l < W; ++l) rows[l] = q + (first + l < count ? first + l : count - 1) * dof;
+  gather_rows<W>(rows, dof, out);
+}
+
 template <int W>
 KINVERSE_INLINE Frame<Pack<W>> move_joint(const Frame<Pack<W>>& f, Pack<W> value, bool prismatic) {
   using P = Pack<W>;

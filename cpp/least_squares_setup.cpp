@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "dispatch.hpp"
+#include "table_parts.hpp"
 
 namespace kinverse {
 namespace {
@@ -285,22 +285,14 @@ void LeastSquares::verify_into(Table& table, const double* T, long poses, const 
 }
 
 Table LeastSquares::solve(const double* T, long poses, const Seeds& seeds, std::uint64_t seed) const {
-  std::vector<Table> parts;
-  const long count = parts_of(poses, 64);
-  for (long part = 0; part < count; ++part) parts.emplace_back(dof(), 0, 0);
   const LeastSquaresProblem whole = problem();
-  run_parts(poses, count, [&](long first, long last, long part) {
+  return in_parts(dof(), poses, 64, 1, [&](Table& table, long first, long last) {
     const Seeds own = seeds.from(first, dof());
     const double* rows = T + 16 * first;
     Estimate estimate(last - first, dof());
     run(whole, {rows, own.rows, own.shared ? 0 : dof(), nullptr, seed, true}, last - first, estimate, 0);
-    Table table(dof(), last - first, last - first);
     verify_into(table, rows, last - first, own, estimate);
-    parts[static_cast<size_t>(part)] = std::move(table);
   });
-  for (size_t part = 1; part < parts.size(); ++part)
-    if (parts[part].poses()) parts[0].append(parts[part]);
-  return std::move(parts[0]);
 }
 
 }  // namespace kinverse

@@ -127,20 +127,12 @@ KINVERSE_INLINE void solve_lanes(const Chain& chain, const RedundantSpec& spec, 
   constexpr int W = LANES;
   using P = Pack<W>;
   LaneContext<W> context;
-  if (free)
-    for (int slot = 0; slot < FREE_SLOTS; ++slot) {
-      context.free_cos[slot] = load<W>(free->cosine[slot]);
-      context.free_sin[slot] = load<W>(free->sine[slot]);
-    }
+  context.take(free);
   const Frame<P> target = gather_frames<W>(T);
   const P held = load<W>(parameter);
   const int locked = spec.parameter == FreeParameter::arm_angle ? -1 : spec.parameter == FreeParameter::first_joint ? 0 : DOF - 1;
   P reference[DOF];
-  for (int j = 0; j < DOF; ++j) {
-    alignas(64) double t[W];
-    for (int l = 0; l < W; ++l) t[l] = reference_rows[l][j];
-    reference[j] = load<W>(t);
-  }
+  gather_rows<W>(reference_rows, DOF, reference);
   Mask<W> stretched = Mask<W>::all(false);
   P theta[MAX_BRANCHES][DOF];
   visit_all(context, target, held, stretched, theta);
@@ -154,11 +146,8 @@ KINVERSE_INLINE void solve_lanes(const Chain& chain, const RedundantSpec& spec, 
     for (int j = 0; j < DOF; ++j)
       q[j] = wind(q[j], reference[j], P(chain.lower[j]), P(chain.upper[j]), tolerances.hold_limits);
     Checked<W> checked = check(chain, Task::pose, target, q, tolerances.position, tolerances.rotation);
-    for (int j = 0; j < DOF; ++j) store(block.value[b][j], q[j]);
-    store(block.value[b][DOF], checked.position_error);
-    store(block.value[b][DOF + 1], checked.rotation_error);
-    const Mask<W> exact = (checked.position_error <= P(tolerances.exact_position)) &
-                          (checked.rotation_error <= P(tolerances.exact_rotation));
+    store_checked(checked, q, DOF, block.value[b], 0);
+    const Mask<W> exact = checked.within(tolerances.exact_position, tolerances.exact_rotation);
     const P error = checked.position_error + checked.rotation_error;
     const P missed = P(MISSED) - select(error < P(1e3), error, P(1e3));
     store(block.margin[b], select(exact, limit_margin<W>(chain, q, locked), missed));
@@ -207,21 +196,6 @@ void arm_angle_held(const Chain& chain, const RedundantSpec& spec, const Toleran
 }
 
 // ---- out of reach -------------------------------------------------------------------------------
-
-Interval around(double x, double width) {
-  width += 1e-12 * (1.0 + __builtin_fabs(x));
-  return {x - width, x + width};
-}
-
-Frame<Interval> all_poses_near(const Tolerances& tolerances, const double* T) {
-  Frame<Interval> f;
-  Vec3<Interval>* columns[3] = {&f.x, &f.y, &f.z};
-  // the equations are those of an arm that may differ from the chain by what counts as exact
-  const double r = tolerances.rotation + tolerances.exact_rotation, p = tolerances.position + tolerances.exact_position;
-  for (int j = 0; j < 3; ++j) *columns[j] = {around(T[j], r), around(T[4 + j], r), around(T[8 + j], r)};
-  f.p = {around(T[3], p), around(T[7], p), around(T[11], p)};
-  return f;
-}
 
 // cosine over [middle - half, middle + half], by its slope
 Interval cosine_near(double middle, double half) {
@@ -294,7 +268,9 @@ void redundant_lanes(const Chain& chain, const RedundantSpec& spec, const Tolera
 }
 
 bool redundant_unreachable(const RedundantSpec& spec, const Tolerances& tolerances, const double* T) {
-  const Frame<Interval> target = all_poses_near(tolerances, T);
+  // the equations are those of an arm that may differ from the chain by what counts as exact
+  const Frame<Interval> target = poses_near(T, tolerances.position + tolerances.exact_position,
+                                            tolerances.rotation + tolerances.exact_rotation);
   if (spec.parameter == FreeParameter::arm_angle) return !elbow_possible(spec.form, target);
   if (spec.form.family == Family::three_parallel)
     return impossible_everywhere([&](double middle, double half) {

@@ -87,6 +87,16 @@ KINVERSE_INLINE Frame<Pack<W>> gather_frames(const double* const* rows) {
   return {{at(0), at(4), at(8)}, {at(1), at(5), at(9)}, {at(2), at(6), at(10)}, {at(3), at(7), at(11)}};
 }
 
+// Column j of W rows in out[j], lane l from rows[l].
+template <int W>
+KINVERSE_INLINE void gather_rows(const double* const* rows, int columns, Pack<W>* out) {
+  for (int j = 0; j < columns; ++j) {
+    alignas(64) double t[W];
+    for (int l = 0; l < W; ++l) t[l] = rows[l][j];
+    out[j] = load<W>(t);
+  }
+}
+
 // Angle of the rotation between two frames, by the chord |R - S|_F = 2 sqrt(2) sin(angle / 2): exact
 // for small angles, where the arc cosine of the trace loses half the digits. Beyond 90 degrees of
 // half angle the chord saturates at pi.

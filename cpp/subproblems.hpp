@@ -30,6 +30,14 @@ struct LaneContext {
   P free_cos[FREE_SLOTS] = {P(1.0), P(1.0), P(1.0), P(1.0)};
   P free_sin[FREE_SLOTS] = {P(0.0), P(0.0), P(0.0), P(0.0)};
 
+  // What vectors that vanish point along; null leaves them at angle 0.
+  KINVERSE_INLINE void take(const FreeDirections* free) {
+    if (!free) return;
+    for (int slot = 0; slot < FREE_SLOTS; ++slot) {
+      free_cos[slot] = load<W>(free->cosine[slot]);
+      free_sin[slot] = load<W>(free->sine[slot]);
+    }
+  }
   KINVERSE_INLINE P root(P discriminant, P scale) {
     near = near | ((discriminant < P(NEAR_ROOT) * scale) & (discriminant > P(-LOST_ROOT) * scale));
     return sqrt(max(discriminant, P(0.0)));

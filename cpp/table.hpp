@@ -1,6 +1,8 @@
 // The verified answer for N poses: flat arrays, M solutions in all. The only thing solvers return.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -105,6 +107,27 @@ class Table {
     else
       add_branches_of<0, STRIDE>(value, step, branches);
   }
+  // Those in `branches` by their largest joint distance to the seed; equal ones, and without a seed all,
+  // in order. solution(b) is branch b's.
+  template <class SolutionOf>
+  void add_nearest_first(unsigned branches, const double* seed, SolutionOf solution) {
+    int order[32], count = 0;
+    double distance[32];
+    for (; branches; branches &= branches - 1u) {
+      const int b = __builtin_ctz(branches);
+      const Solution s = solution(b);
+      double largest = 0.0;
+      for (int j = 0; seed && j < dof_; ++j) largest = std::max(largest, std::fabs(s.q[j * s.stride] - seed[j]));
+      int at = count++;
+      for (; at > 0 && distance[at - 1] > largest; --at) {
+        distance[at] = distance[at - 1];
+        order[at] = order[at - 1];
+      }
+      distance[at] = largest;
+      order[at] = b;
+    }
+    for (int k = 0; k < count; ++k) add(solution(order[k]));
+  }
   void end_pose(Status unsolved, bool is_singular) {
     if (!open_ && unsolved == Status::not_found) ++not_found;
     status.push(static_cast<std::uint8_t>(open_ ? Status::solved : unsolved));
@@ -195,5 +218,15 @@ class Table {
   int dof_;
   std::int64_t open_ = 0;
 };
+
+// The nearest miss of each pose; of a solved pose, its solution with the least error. Not a number where
+// there is neither.
+struct Best {
+  std::vector<double> q, position_error, rotation_error;
+};
+Best best_of(const Table& table);
+
+// What each pose's answer rests on.
+std::vector<Evidence> evidence_of(const Table& table);
 
 }  // namespace kinverse

@@ -16,6 +16,11 @@ constexpr double LIMIT_SLACK = 1e-9;
 
 }  // namespace
 
+Tolerances tolerances_of(const Choice& choice, double exact) {
+  return {choice.tol_position, choice.tol_rotation, std::min(exact, choice.tol_position),
+          std::min(exact, choice.tol_rotation), choice.hold_limits};
+}
+
 std::vector<bool> turning_joints(const Chain& chain) {
   std::vector<bool> turns(static_cast<size_t>(chain.dof), true);
   for (int i = 0; i < chain.joints; ++i) {

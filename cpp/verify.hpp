@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "kernels.hpp"
 #include "owned_chain.hpp"
 #include "table.hpp"
 
@@ -18,6 +19,9 @@ struct Choice {
   // misses the pose, and counts only if no exact one does. Others: no bound.
   double exact = __builtin_inf();
 };
+
+// What the kernels hold candidates against; `exact`: the error that rounding explains.
+Tolerances tolerances_of(const Choice& choice, double exact);
 
 // Joint values to be near to: none, one row for all poses, or one row a pose.
 struct Seeds {
@@ -54,6 +58,12 @@ struct Candidates {
   std::vector<std::int32_t> branch;
   std::vector<std::uint8_t> hint, singular;
   std::vector<Evidence> evidence;
+
+  void add(std::int64_t pose, const double* row, int dof, int of_branch) {
+    q.insert(q.end(), row, row + dof);
+    pose_index.push_back(pose);
+    branch.push_back(of_branch);
+  }
 };
 
 // Which free joints may be turned by whole turns without moving the arm.
