@@ -160,15 +160,31 @@ def test_polynomial_mutation_is_even_and_near():
     assert abs((np.abs(jump) < 0.1).mean() - (1.0 - 0.9 ** (m + 1.0))) < 0.02
 
 
-def test_simulated_binary_keeps_the_best_of_both():
-    method = GeneticAlgorithm(population=20, variant="simulated_binary")
+def test_simulated_binary_keeps_the_best_of_both_and_one_of_twins():
+    method = GeneticAlgorithm(population=20, variant="simulated_binary", mutation=0.1)
     run = begun(method)
+    twins = 0
     for _ in range(10):
-        was = method._members(run)[1].copy()
-        f = bowls(run.ask(), np.zeros((6, 4)))
-        run.tell(f)
-        best = np.sort(np.concatenate([was, f], axis=1), axis=1)[:, :20]
-        assert (method._members(run)[1] == best).all()
+        was = method._members(run)[0].copy()
+        x = run.ask()
+        run.tell(bowls(x, np.zeros((6, 4))))
+        for one in range(6):
+            both = np.concatenate([was[one], x[one]])
+            alone = np.unique(both, axis=0)
+            twins += len(both) - len(alone)
+            best = np.sort(bowls(alone[None], np.zeros((1, 4)))[0])[:20]
+            assert (method._members(run)[1][one] == best).all()
+    assert twins > 10
+
+
+def test_twins_stay_where_there_is_nobody_else():
+    method = GeneticAlgorithm(population=9, variant="simulated_binary", crossover=0, mutation=0)
+    one = np.array([0.0, -2.0, 1.0, 1.0])
+    run = method.start(BOUNDS, max_evals=100, problems=2, x0=np.tile(one, (9, 1)))
+    for _ in range(4):
+        run.tell(bowls(run.ask(), np.zeros((2, 4))))
+    members, values = method._members(run)
+    assert (members == one).all() and (values == 6.0).all()
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ class GeneticAlgorithm(Optimizer):
     with probability 1/2: (a + b)/2 -+ spread (a - b)/2 with spread = (2 u)^(1/(n+1)) below
     u = 1/2, (1/(2 (1 - u)))^(1/(n+1)) above. Each variable then mutates with probability
     ``mutation`` by range times (2 u)^(1/(m+1)) - 1 or its mirror image. The best of parents and
-    children together survive.
+    children together survive, of twins only one (libraries add that; it keeps the herd diverse).
 
     Args:
         population: members.
@@ -133,7 +133,10 @@ class GeneticAlgorithm(Optimizer):
 
     def _keep(self, run: Run, x: Array, f: Array) -> None:
         s = run.state
-        order = f.argsort(axis=1, kind="stable")[:, : self.population]
+        order = f.argsort(axis=1, kind="stable")
+        if self.variant == "simulated_binary":
+            order = _twins_last(x, f, order)
+        order = order[:, : self.population]
         s.x, s.f = take(x, order), take(f, order)
         if self.variant == "binary":
             s.words = take(s.words, order)
@@ -229,3 +232,12 @@ class GeneticAlgorithm(Optimizer):
         jump = np.where(up, 2.0 - r, r) ** (1.0 / (self.spread_index[1] + 1.0)) - 1.0
         points.reshape(-1)[on] += np.where(up, -jump, jump) * run.span.take(on % dimensions)
         return run.clip(np.ascontiguousarray(points[:, :size]))
+
+
+def _twins_last(x: Array, f: Array, order: Ints) -> Ints:
+    """The order with members behind all others whose equal stands before them."""
+    ranked = take(f, order)
+    row, at = np.nonzero((ranked[:, 1:] == ranked[:, :-1]) & (ranked[:, 1:] < np.inf))
+    same = (x[row, order[row, at]] == x[row, order[row, at + 1]]).all(axis=1)
+    ranked[row[same], at[same] + 1] = np.inf
+    return take(order, ranked.argsort(axis=1, kind="stable")) if same.any() else order
