@@ -5,7 +5,7 @@ import pytest
 
 from kinverse.errors import InputError
 from kinverse.optimizers import Firefly
-from optimizer_laws import BOUNDS, bowls, hold_all
+from optimizer_laws import BOUNDS, bowls, hold_all, search
 
 
 @pytest.mark.parametrize("greedy", [False, True])
@@ -31,6 +31,18 @@ def test_visits_are_those_of_the_loops_in_the_paper(dimensions, problems):
                 far = ((stood[j] - now) ** 2).sum()
                 now += 0.8 * np.exp(-2.0 * far) * (stood[j] - now)
             assert np.allclose((moved[one, i] + 3.0) / 8.0, now, atol=2e-6)
+
+
+def test_one_is_a_member_of_many_in_many_dimensions():
+    """Nine and more numbers are summed in another order where they lie side by side."""
+    bounds = np.tile([-3.0, 5.0], (17, 1))
+    goals = np.linspace(-1.0, 3.0, 17) * np.array([[1.0], [0.5], [-0.2], [0.9], [0.1]])
+    many = search(Firefly(population=9), goals=goals, bounds=bounds, evals=300)
+    for k in range(5):
+        one = search(
+            Firefly(population=9), goals=goals[k : k + 1], keys=[(k,)], bounds=bounds, evals=300
+        )
+        assert (one.x_best[0] == many.x_best[k]).all()
 
 
 def test_a_swarm_far_smaller_than_the_box_moves_as_precisely():
