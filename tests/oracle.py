@@ -40,12 +40,12 @@ def rpy(roll, pitch, yaw):
 def about(axis, angle):
     """Rotation about any axis by the power series of the matrix exponential."""
     x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) * (angle / 1024)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) * (angle / 16)
     R, term = np.eye(3), np.eye(3)
-    for k in range(1, 12):
+    for k in range(1, 20):
         term = term @ K / k
         R = R + term
-    for _ in range(10):
+    for _ in range(4):  # each squaring doubles the rounding
         R = R @ R
     return R
 
