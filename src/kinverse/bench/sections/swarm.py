@@ -14,7 +14,7 @@ from kinverse.bench import cases, oracle
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread
 from kinverse.bench.swarm_peers import PEERS, Peer
-from kinverse.optimizers import NAMES, Optimizer, make_optimizer
+from kinverse.optimizers import NAMES, BeesAlgorithm, Optimizer, make_optimizer
 
 __all__ = ["VARIANTS", "against_peers", "ratio_of_medians"]
 
@@ -36,6 +36,23 @@ _own = partial(partial, make_optimizer, population=POPULATION)
 VARIANTS: dict[str, Factory] = {
     **{name: _own(name) for name in NAMES},
     "pso constricted": _own("pso", inertia=(0.7298, 0.7298), cognitive=1.49618, social=1.49618),
+    "pso ring of 8": _own("pso", neighbours=8),
+    "pso ring of 4, social": _own("pso", neighbours=4, cognitive=0.3, social=2.2),
+    "ga binary": _own("ga", variant="binary"),
+    "ga simulated binary": _own("ga", variant="simulated_binary"),
+    "ga simulated binary, wide": _own(
+        "ga", variant="simulated_binary", mutation=0.5, spread_index=(2.0, 40.0)
+    ),
+    "gwo elitist": _own("gwo", elitist=True),
+    "tlbo factor 1": _own("tlbo", teaching_factors=(1,)),
+    "bees": partial(make_optimizer, "bees"),  # 50 scouts, as published
+    "bees of Pham": BeesAlgorithm.pham,
+    "cibo literal": _own("cibo", reading="literal"),
+    "firefly greedy": _own("firefly", greedy=True),
+    "bbo greedy": _own("bbo", greedy=True),
+    "de crossover 1": _own("de", crossover=1.0),
+    "de as SciPy's": _own("de", strategy="best1bin", mutation=(0.5, 1.0), crossover=0.7),
+    "de adaptive": _own("de", adaptive=True),
 }
 """Rows of the comparison; the first word names the method."""
 
@@ -51,7 +68,7 @@ class Amount:
     peer_targets: int = 5
 
 
-FULL = Amount(targets=200, seeds=10, alone=20, peer_seconds=60.0)
+FULL = Amount(targets=200, seeds=10, alone=20, peer_seconds=12.0)
 QUICK = Amount(targets=32, seeds=2, alone=3, peer_seconds=3.0)
 
 
