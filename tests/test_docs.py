@@ -41,7 +41,8 @@ def test_python_blocks_run(code):
 
 
 @pytest.mark.parametrize("line", list(commands()))
-def test_commands_of_the_pages_run(line, capsys):
+def test_commands_of_the_pages_run(line, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some draw a picture
     program, *arguments = shlex.split(line)
     assert program == "kinverse"
     assert main(arguments) == 0
