@@ -13,8 +13,8 @@ from kinverse.load import load
 from kinverse.robot import Robot
 
 __all__ = [
-    *("ALMOST", "GENERAL", "SEVEN", "SHORT", "SIX", "SLIDING", "TODAY"),
-    *("almost_puma", "almost_ur5", "gofa", "random_arm"),
+    *("ALMOST", "GENERAL", "SEVEN", "SHORT", "SIX", "SLIDING", "SQUARE", "TODAY"),
+    *("almost_puma", "almost_ur5", "gofa", "random_arm", "random_seven"),
 ]
 
 HALF = np.pi / 2
@@ -89,6 +89,44 @@ def almost_ur5(offset: float) -> Robot:
     )
 
 
+def square_slides() -> Robot:
+    """Two slides in an arm whose axes are square to each other, but never meet."""
+    return Robot.from_dh(
+        a=[0.3, 0.08, 0.3, 0, 0.3, 0.27],
+        d=[0.2, 0, 0, 0, -0.26, 0],
+        alpha=[HALF, -HALF, -HALF, HALF, -HALF, HALF],
+        theta=[0.24, HALF, HALF, 0, HALF, 0],
+        joints="PRRRPR",
+        limits=[(-1, 1), (-3, 3), (-3, 3), (-3, 3), (-1, 1), (-3, 3)],
+        name="square PRRRPR",
+    )
+
+
+def gantry() -> Robot:
+    """Three square slides and a wrist."""
+    return Robot.from_dh(
+        a=0,
+        d=[0, 0, 0, 0, 0, 0.1],
+        alpha=[HALF, HALF, 0, -HALF, HALF, 0],
+        theta=[0, HALF, 0, 0, 0, 0],
+        joints="PPPRRR",
+        limits=[(-5, 5)] * 3 + [(-3, 3)] * 3,
+        name="gantry",
+    )
+
+
+def random_seven() -> Robot:
+    """Seven turning joints in general position."""
+    rng = np.random.default_rng(77)
+    return Robot.from_dh(
+        a=rng.uniform(0.05, 0.4, 7),
+        d=rng.uniform(-0.4, 0.4, 7),
+        alpha=rng.uniform(0.2, np.pi - 0.2, 7) * rng.choice([-1, 1], 7),
+        joints="R" * 7,
+        name="general RRRRRRR",
+    )
+
+
 def random_short(kinds: str) -> Robot:
     """One to five joints in general position."""
     rng = np.random.default_rng(sum(map(ord, kinds)) + len(kinds))
@@ -150,6 +188,13 @@ SLIDING: dict[str, Make] = {
 }
 """Five with one or two slides among them."""
 
+SQUARE: dict[str, Make] = {
+    "PRRRRP": partial(random_arm, 104, "PRRRRP"),
+    "square PRRRPR": square_slides,
+    "gantry": gantry,
+}
+"""Slides at both ends, at right angles, and three of them."""
+
 TODAY: dict[str, Make] = {
     "jaco2": partial(load, "jaco2"),
     "xarm6": partial(load, "xarm6"),
@@ -159,12 +204,12 @@ TODAY: dict[str, Make] = {
 """Arms that are built and sold."""
 
 ALMOST: dict[str, Make] = {
-    "almost_puma": partial(almost_puma, 1e-6),
-    "almost_ur5": partial(almost_ur5, 1e-4),
+    **{f"almost_puma {d:g}": partial(almost_puma, d) for d in (1e-9, 1e-8, 1e-6)},
+    **{f"almost_ur5 {d:g}": partial(almost_ur5, d) for d in (1e-9, 1e-6, 1e-4)},
 }
 """Arms that miss a special family by a hair."""
 
-GENERAL: dict[str, Make] = SIX | SLIDING | TODAY | ALMOST
+GENERAL: dict[str, Make] = SIX | SLIDING | SQUARE | TODAY | ALMOST
 """Every arm with six joints here."""
 
 SHORT: dict[str, Make] = {

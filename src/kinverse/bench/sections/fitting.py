@@ -20,7 +20,7 @@ Fits = Iterator[tuple[str, kv.Robot, kv.Analytic]]
 def fit_time(quick: bool) -> list[Line]:
     """Median of the fits of each arm; the slowest arm of each group."""
     rounds = 7 if quick else 15
-    return [_slowest(group, fits, rounds) for group, fits in _groups().items()]
+    return [line for group, fits in _groups().items() for line in _slowest(group, fits, rounds)]
 
 
 def _groups() -> dict[str, Fits]:
@@ -28,21 +28,23 @@ def _groups() -> dict[str, Fits]:
     return {
         "catalogue": ((name, kv.load(name), kv.Analytic()) for name in names()),
         "six turning joints": ((name, make(), kv.Analytic()) for name, make in six.items()),
-        "slides": ((name, make(), kv.Analytic()) for name, make in arms.SLIDING.items()),
+        "slides": (
+            (name, make(), kv.Analytic()) for name, make in (arms.SLIDING | arms.SQUARE).items()
+        ),
         "one to five joints": ((name, make(), kv.Analytic()) for name, make in arms.SHORT.items()),
         "seven joints": _seven(),
     }
 
 
 def _seven() -> Fits:
-    for name, make in arms.SEVEN.items():
+    for name, make in (arms.SEVEN | {"general RRRRRRR": arms.random_seven}).items():
         robot = make()
         for joint in (None, *range(robot.dof)):
             held = f" joint {joint}" if joint is not None else ""
             yield f"{name}{held}", robot, kv.Analytic(redundancy=joint)
 
 
-def _slowest(group: str, fits: Fits, rounds: int) -> Line:
+def _slowest(group: str, fits: Fits, rounds: int) -> list[Line]:
     spreads, refused = {}, []
     for name, robot, solver in fits:
         try:
@@ -52,7 +54,10 @@ def _slowest(group: str, fits: Fits, rounds: int) -> Line:
             continue
         spreads[name] = Spread.of([1e3 * seconds for seconds in taken])
     slowest = max(spreads, key=lambda name: spreads[name].median)
+    head = ("fit", group)
     note = f"{slowest}, of {len(spreads)} arms"
-    if refused:
-        note += f"; no closed form: {', '.join(refused)}"
-    return Line("fit", group, "slowest arm: ms", spreads[slowest], BOUND, False, note)
+    named = f"no closed form: {', '.join(refused)}" if refused else ""
+    return [
+        Line(*head, "slowest arm: ms", spreads[slowest], BOUND, False, note),
+        Line(*head, "arms refused", Spread.exact(len(refused)), note=named),
+    ]

@@ -43,6 +43,7 @@ def _complete(name: str, count: int, rounds: int) -> list[Line]:
     hit[s.pose_index[oracle.wrapped(robot, s.q - q[s.pose_index]) <= SAME]] = True
     close = oracle.twin(robot, q) < CLOSE
     lost = int((s.status == kv.Status.UNREACHABLE).sum())
+    sure = int((~hit & ~close & ~s.stats.evidence.weak).sum())
     head = ("general arms", name)
     lines = [
         Line(
@@ -56,6 +57,7 @@ def _complete(name: str, count: int, rounds: int) -> list[Line]:
         Line(*head, "worst error m", Spread.exact(far.max()), 1e-9, False),
         Line(*head, "worst error rad", Spread.exact(turned.max()), 1e-9, False),
         Line(*head, "reachable called UNREACHABLE", Spread.exact(lost), 0.0, False),
+        Line(*head, "missed, and the evidence not weak", Spread.exact(sure), 0.0, False),
         Line(
             *head,
             "time per pose, batch us",
@@ -100,6 +102,7 @@ def _branch_sets(name: str, robot: kv.Robot, count: int) -> list[Line]:
     close = np.array([_closest(robot, found) < CLOSE for found in theirs])
     missing = np.array([len(_without(robot, theirs[i], ours[i])) for i in range(count)])
     extra = np.array([len(_without(robot, ours[i], theirs[i])) for i in range(count)])
+    twice = sum(len(found) - len(merge(robot, found)) for found in ours)
     equal = (missing == 0) & (extra == 0)
     head = ("branch sets", name)
     note = (
@@ -123,6 +126,7 @@ def _branch_sets(name: str, robot: kv.Robot, count: int) -> list[Line]:
             False,
             note="off by more than 1e-9",
         ),
+        Line(*head, "branches told twice", Spread.exact(twice), 0.0, False),
     ]
     if close.any():
         what = "the same where two roots are closer than 1e-4, %"

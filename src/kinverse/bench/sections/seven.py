@@ -53,6 +53,7 @@ def at_values(quick: bool) -> list[Line]:
         lines += _at_values(name, robot, solver, count, rounds, case.value_us)
         if solver.redundancy_ != ARM_ANGLE:
             lines.append(_against_search(name, robot, solver, 3 if quick else 30))
+        lines += _search_solutions(name, robot, solver, 3 if quick else 30)
     for name, (arm, joint) in INNER.items():
         robot = arms.SEVEN[arm]()
         solver = kv.Analytic(redundancy=joint).fit(robot)
@@ -105,6 +106,36 @@ def _against_search(name: str, robot: kv.Robot, solver: kv.Analytic, count: int)
     what = "same branches as 300 random starts, % of poses"
     share = Spread.exact(100.0 * equal / count)
     return Line("seven joints, at a value", name, what, share, 100.0, note=f"of {count}")
+
+
+def _search_solutions(name: str, robot: kv.Robot, solver: kv.Analytic, count: int) -> list[Line]:
+    """Solutions of 100 random starts: each comes back at its own value, inside an interval."""
+    _, T = cases.reachable(robot, count, seed=10)
+    s = solver.solve(T)
+    iv = s.intervals
+    middle = robot.limits.mean(axis=1)
+    total = back = held = 0
+    for i, found in enumerate(search(robot, T, 100, cases.stream(82))):
+        q = middle + (found - middle + np.pi) % TURN - np.pi
+        q = q[oracle.inside(robot, q)]
+        if not len(q):
+            continue
+        value = solver.redundancy_at(q)
+        at = solver.solve_at(np.repeat(T[i : i + 1], len(q), axis=0), value)
+        rows = iv.pose_index == i
+        for k, row in enumerate(q):
+            again = at.q[at.pose_index == k]
+            back += bool(len(again) and oracle.wrapped(robot, again - row).min() < 1e-5)
+            low, high = iv.low[rows] - EDGE, iv.high[rows] + EDGE
+            held += bool(_within(value[k : k + 1], low, high)[0])
+        total += len(q)
+    head, note = ("seven joints, at a value", name), f"of {total} solutions of a search"
+    return [
+        Line(*head, "a search's solutions found at their values, %",
+             Spread.exact(100.0 * back / total), 100.0, note=note),
+        Line(*head, "and inside an interval of the sweep, %",
+             Spread.exact(100.0 * held / total), 100.0, note=note),
+    ]  # fmt: skip
 
 
 def sweeps(quick: bool) -> list[Line]:
