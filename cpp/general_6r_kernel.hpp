@@ -4,26 +4,18 @@
 
 #include "newton.hpp"
 #include "resultant.hpp"
+#include "slide_pair.hpp"
 
 namespace kinverse::KINVERSE_ISA {
 
-// The motion of a joint with loop value v, as 12 packs. A bent slide turns about the x direction
-// through the point (0, -1 / bend, 0).
+// The motion of a joint with loop value v, as 12 packs.
 template <class P>
-KINVERSE_INLINE Frame<P> joint_motion(bool prismatic, double bend, P v) {
+KINVERSE_INLINE Frame<P> joint_motion(bool prismatic, P v) {
   const P zero(0.0), one(1.0);
-  if (!prismatic) {
-    P s, c;
-    sincos(v, s, c);
-    return {{c, s, zero}, {-s, c, zero}, {zero, zero, one}, {zero, zero, zero}};
-  }
-  const P half = P(0.5 * bend) * v;
-  const P scale = one / (half * half + one);
-  const P s = (half + half) * scale;
-  const P versed = P((half + half) * half) * scale;
-  const P c = one - versed;
-  const P along = v * scale;
-  return {{one, zero, zero}, {zero, c, s}, {zero, -s, c}, {zero, -P(along * half), along}};
+  if (prismatic) return {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, v}};
+  P s, c;
+  sincos(v, s, c);
+  return {{c, s, zero}, {-s, c, zero}, {zero, zero, one}, {zero, zero, zero}};
 }
 template <class P>
 KINVERSE_INLINE Frame<P> times(const Frame<P>& a, const Frame<P>& b) {
@@ -70,7 +62,7 @@ KINVERSE_INLINE void back_substitute(const Elimination& e, const double* link, c
   Frame<P> right = constant_frame<P>(link_at(B));
   const int places[3] = {C, D, E};
   for (int place : places) {
-    right = times(right, joint_motion(e.prismatic[place], e.bend, v[place]));
+    right = times(right, joint_motion(e.prismatic[place], v[place]));
     right = compose(right, link_at(place));
   }
   P f[INVARIANTS], product[8];
@@ -84,9 +76,9 @@ KINVERSE_INLINE void back_substitute(const Elimination& e, const double* link, c
   v[A] = e.prismatic[A] ? product[5] : atan2(product[5], product[2]);
   v[B] = e.prismatic[B] ? product[7] : atan2(product[7], product[6]);
   // J_f = (S_f J_a S_a J_b right)^-1
-  Frame<P> left = compose(joint_motion(e.prismatic[A], e.bend, v[A]), e.link[A]);
+  Frame<P> left = compose(joint_motion(e.prismatic[A], v[A]), e.link[A]);
   left = compose(e.link[F], left);
-  left = times(times(left, joint_motion(e.prismatic[B], e.bend, v[B])), right);
+  left = times(times(left, joint_motion(e.prismatic[B], v[B])), right);
   v[F] = e.prismatic[F] ? -left.p.z : -atan2(left.x.y, left.x.x);
 }
 
@@ -98,29 +90,17 @@ constexpr double NEAR_CIRCLE = 0.06, NEAR_CIRCLE_DISTURBED = 0.2;
 constexpr double WATCHED = 0.6;
 // A root this near is taken as real in the count.
 constexpr double ON_CIRCLE = 1e-5;
-constexpr double FAR_SLIDE = 1e-2;
+// Squared sine of the angle between two slides below which they do not move apart.
+constexpr double PARALLEL_SLIDES = 1e-12;
 // A real root that polishing takes farther than this has ended at another solution.
 constexpr double STRAYED = 1e-2;
 
-inline void general_6r_pose(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
-                            const double* T, const double* reference, RootBlock& block) {
-  constexpr int W = LANES;
-  using P = Pack<W>;
-  const Elimination& e = arm.elimination[which];
-  double link[12];
-  pose_link(e, arm.size, T, link);
-  Equations six;
-  equations<W>(e, link, six);
-  const TrigPolynomial f = characteristic<W>(six, *arm.tables, block.noise);
-  double re[TRIG_ROOTS], im[TRIG_ROOTS];
-  trig_roots<W>(f, re, im);
-
-  // candidates by angle
+// The angles of the roots on and near the unit circle, in order, and what all of them tell.
+inline void sort_roots(const double* re, const double* im, double near_circle, RootBlock& block, bool* is_real) {
   int count = 0;
   block.real = block.complex = block.strayed = 0;
   block.off_circle = 1e300;
   double reals[TRIG_ROOTS];
-  bool is_real[TRIG_ROOTS];
   for (int k = 0; k < TRIG_ROOTS; ++k) {
     alignas(64) double one[1];
     const double r2 = re[k] * re[k] + im[k] * im[k];
@@ -131,7 +111,7 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
     if (real) reals[block.real++] = one[0];
     block.complex += !real;
     if (!real && distance < block.off_circle) block.off_circle = distance;
-    if (distance > (e.disturbance > 0.0 ? NEAR_CIRCLE_DISTURBED : NEAR_CIRCLE)) continue;
+    if (distance > near_circle) continue;
     // a pair beside the circle may be two real roots that the rounding pushed off it: try both sides
     const double angle = one[0] + (real ? 0.0 : off);
     int at = count++;
@@ -164,36 +144,105 @@ inline void general_6r_pose(const Chain& chain, const General6R& arm, int which,
       d = d > PI ? TWO_PI - d : d;
       block.gap = d < block.gap ? d : block.gap;
     }
+}
 
+// From values on the loop to joint values, polished; a real root that ends elsewhere has strayed.
+template <int W>
+KINVERSE_INLINE void polish_roots(const Chain& chain, double size, const int* joint, double sign, const double* shift,
+                                  int driver, const Tolerances& tolerances, const Frame<Pack<W>>& target,
+                                  const double* reference, const Pack<W>* v, const bool* is_real, RootBlock& block,
+                                  int first, int count) {
+  using P = Pack<W>;
+  P q[6];
+  for (int place = 0; place < 6; ++place) {
+    const int i = joint[place];
+    P value = P(sign) * (v[place] - P(shift[place]));
+    if (chain.prismatic[i]) value = value * P(size);
+    q[chain.source[i]] = (value - P(chain.offset[i])) * P(1.0 / chain.multiplier[i]);
+  }
+  polish<W>(chain, size, MOST_STEPS, tolerances, target, reference, q, block, first, count);
+  for (int l = 0; l < W && first + l < count; ++l) {
+    if (!is_real[first + l]) continue;
+    const int i = joint[driver];
+    const double held = chain.multiplier[i] * block.value[chain.source[i]][first + l] + chain.offset[i];
+    double moved = sign * held + shift[driver] - block.angle[first + l];
+    moved -= TWO_PI * __builtin_rint(moved * (1.0 / TWO_PI));
+    if (__builtin_fabs(moved) > STRAYED) ++block.strayed;
+  }
+}
+
+template <int W>
+KINVERSE_INLINE Pack<W> angles_from(const RootBlock& block, int first, int count) {
+  alignas(64) double angle[W];
+  for (int l = 0; l < W; ++l) angle[l] = block.angle[first + l < count ? first + l : count - 1];
+  return load<W>(angle);
+}
+
+inline void slide_pair_pose(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
+                            const double* T, const double* reference, RootBlock& block) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  constexpr double SHIFT[6] = {};
+  const SlidePair& pair = arm.pair[which];
+  const SlideLoop loop = slide_loop(pair, arm.size, T);
+  double largest, re[TRIG_ROOTS], im[TRIG_ROOTS];
+  trig_roots<W>(characteristic<W>(loop, *arm.tables, block.noise, largest), re, im);
+  bool is_real[MAX_ROOTS];
+  sort_roots(re, im, NEAR_CIRCLE, block, is_real);
   block.exact = block.verified = block.inside = block.singular = 0;
   const Frame<P> target = constant_frame<P>(T);
+  int count = block.candidates, others = 0;
+  double other[MAX_ROOTS];
+  auto solve = [&](int from, int until, bool is_other) {
+    for (int first = from; first < until; first += W) {
+      P v[6], apart;
+      Mask<W> both;
+      close_loop<W>(loop, largest, angles_from<W>(block, first, until), Mask<W>::all(is_other), v, both, apart);
+      const unsigned beside = lane_bits(both), parallel = lane_bits(apart < P(PARALLEL_SLIDES));
+      for (int l = 0; l < W && first + l < until; ++l) {
+        // slides side by side close the determinant, not the loop: no more a solution than a complex root
+        if (is_real[first + l] && (parallel >> l & 1u)) --block.real, ++block.complex, is_real[first + l] = false;
+        if (!is_other && (beside >> l & 1u)) other[others++] = block.angle[first + l];
+      }
+      polish_roots<W>(chain, arm.size, pair.joint, 1.0, SHIFT, loop.place[0], tolerances, target, reference, v, is_real,
+                      block, first, until);
+    }
+  };
+  solve(0, count, false);
+  // the other way of the four-bar, where both may be roots; in packs of their own
+  count = (count + W - 1) / W * W;
+  if (!others || count == MAX_ROOTS) return;
+  others = others < MAX_ROOTS - count ? others : MAX_ROOTS - count;
+  for (int k = 0; k < others; ++k) {
+    block.angle[count + k] = other[k];
+    is_real[count + k] = false;
+  }
+  block.candidates = count + others;
+  solve(count, count + others, true);
+}
+
+inline void general_6r_pose(const Chain& chain, const General6R& arm, int which, const Tolerances& tolerances,
+                            const double* T, const double* reference, RootBlock& block) {
+  constexpr int W = LANES;
+  using P = Pack<W>;
+  if (arm.pair) return slide_pair_pose(chain, arm, which, tolerances, T, reference, block);
+  const Elimination& e = arm.elimination[which];
+  double link[12];
+  pose_link(e, arm.size, T, link);
+  Equations six;
+  equations<W>(e, link, six);
+  double re[TRIG_ROOTS], im[TRIG_ROOTS];
+  trig_roots<W>(characteristic<W>(six, *arm.tables, block.noise), re, im);
+  bool is_real[TRIG_ROOTS];
+  sort_roots(re, im, e.disturbance > 0.0 ? NEAR_CIRCLE_DISTURBED : NEAR_CIRCLE, block, is_real);
+  block.exact = block.verified = block.inside = block.singular = 0;
+  const Frame<P> target = constant_frame<P>(T);
+  const int count = block.candidates;
   for (int first = 0; first < count; first += W) {
-    alignas(64) double angle[W];
-    for (int l = 0; l < W; ++l) angle[l] = block.angle[first + l < count ? first + l : count - 1];
-    P v[6], q[6];
-    back_substitute(e, link, six, load<W>(angle), v);
-    // a slide so far out that its bend counts is no root of this arm
-    Mask<W> far = Mask<W>::all(false);
-    for (int place = 0; place < 6; ++place)
-      if (e.prismatic[place]) far = far | !(abs(v[place]) < P(FAR_SLIDE / e.bend));
-    const unsigned far_lanes = lane_bits(far);
-    for (int l = 0; l < W && first + l < count; ++l)
-      if (is_real[first + l] && (far_lanes >> l & 1u)) --block.real;
-    for (int place = 0; place < 6; ++place) {
-      const int i = e.joint[place];
-      P value = P(e.sign) * (v[place] - P(e.shift[place]));
-      if (chain.prismatic[i]) value = value * P(arm.size);
-      q[chain.source[i]] = (value - P(chain.offset[i])) * P(1.0 / chain.multiplier[i]);
-    }
-    polish<W>(chain, arm.size, MOST_STEPS, tolerances, target, reference, q, block, first, count);
-    for (int l = 0; l < W && first + l < count; ++l) {
-      if (!is_real[first + l] || (far_lanes >> l & 1u)) continue;
-      const int i = e.joint[C];
-      const double held = chain.multiplier[i] * block.value[chain.source[i]][first + l] + chain.offset[i];
-      double moved = e.sign * held - angle[l];
-      moved -= TWO_PI * __builtin_rint(moved * (1.0 / TWO_PI));
-      if (__builtin_fabs(moved) > STRAYED) ++block.strayed;
-    }
+    P v[6];
+    back_substitute<W>(e, link, six, angles_from<W>(block, first, count), v);
+    polish_roots<W>(chain, arm.size, e.joint, e.sign, e.shift, C, tolerances, target, reference, v, is_real, block, first,
+                    count);
   }
 }
 

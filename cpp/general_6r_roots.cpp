@@ -9,6 +9,7 @@ namespace {
 constexpr double PI = 3.14159265358979323846;
 constexpr double TWO_PI = 2.0 * PI;
 constexpr double SAME_SOLUTION = 1e-6, VERY_CLOSE = 2e-5, CLOSE = 1e-3;
+constexpr double SPACING = 0.5;  // of members of a continuum [rad, sizes]
 constexpr double ROUNDING = 2.5e-15, UNFINISHED = 1e-12;  // errors in sizes and radians
 
 // Where the evidence of an elimination is too weak to stand alone.
@@ -27,6 +28,14 @@ void RootSet::clear() {
 
 int RootSet::exact() const {
   return static_cast<int>(std::count_if(root_, root_ + count_, [](const Root& r) { return r.exact; }));
+}
+
+bool RootSet::any_inside() const {
+  return std::any_of(root_, root_ + count_, [](const Root& r) { return r.inside; });
+}
+
+bool RootSet::any_singular() const {
+  return std::any_of(root_, root_ + count_, [](const Root& r) { return r.singular; });
 }
 
 double RootSet::distance(const double* a, const double* b) const {
@@ -69,13 +78,35 @@ void RootSet::merge(const RootBlock& block) {
       }
     } else if (count_ < MOST) {
       root_[count_++] = r;
+    } else if (r.inside) {
+      Root* outside = std::find_if(root_, root_ + MOST, [](const Root& held) { return !held.inside; });
+      if (outside != root_ + MOST) *outside = r;
     }
   }
 }
 
-void RootSet::finish(int first) {
+void RootSet::drop_misses() {
   if (exact())
     count_ = static_cast<int>(std::remove_if(root_, root_ + count_, [](const Root& r) { return !r.exact; }) - root_);
+}
+
+void RootSet::represent(const double* reference) {
+  drop_misses();
+  std::sort(root_, root_ + count_, [&](const Root& a, const Root& b) {
+    if (a.inside != b.inside) return a.inside;
+    return distance(a.q.data(), reference) < distance(b.q.data(), reference);
+  });
+  int kept = 0;
+  for (int k = 0; k < count_ && kept < MAX_ROOTS; ++k) {
+    int near = 0;
+    while (near < kept && distance(root_[near].q.data(), root_[k].q.data()) > SPACING) ++near;
+    if (near == kept) root_[kept++] = root_[k];
+  }
+  count_ = kept;
+}
+
+void RootSet::finish(int first) {
+  drop_misses();
   if (moved_) unite();
   auto key = [&](const Root& r, int k) {
     const int i = k == 0 ? first : k - 1, j = chain_.source[i];
@@ -111,11 +142,12 @@ bool RootSet::are_same(const Root& a, const Root& b) const {
   return left > (d < VERY_CLOSE ? ROUNDING : UNFINISHED);
 }
 
-// A disturbance moves double roots by its square root.
-bool is_weak(const Elimination& e, const RootBlock& block, int distinct) {
-  const double off_circle = std::max(LEAST_OFF_CIRCLE, 2.0 * std::sqrt(e.disturbance));
-  return block.real != distinct || (block.real & 1) || block.strayed || block.off_circle < off_circle || block.gap < LEAST_GAP ||
-         !(block.noise < MOST_NOISE) || !(block.blur < MOST_BLUR);
+// What the coefficients are uncertain by, a disturbance or noise, moves double roots by its square root.
+bool is_weak(double disturbance, const RootBlock& block, int distinct) {
+  const double off_circle =
+      std::max({LEAST_OFF_CIRCLE, 2.0 * std::sqrt(disturbance), 50.0 * std::sqrt(block.noise)});
+  return block.real != distinct || (block.real & 1) || block.strayed || block.off_circle < off_circle ||
+         block.gap < LEAST_GAP || !(block.noise < MOST_NOISE) || !(block.blur < MOST_BLUR);
 }
 
 }  // namespace kinverse

@@ -24,12 +24,16 @@ class RootSet {
 
   void clear();
   void merge(const RootBlock& block);
+  // Of a continuum: some that are well apart, inside the limits if there are such, near `reference` first.
+  void represent(const double* reference);
   // Branches are numbered by the angle of joint `first`, then by the others. A root that just misses
   // counts only for a pose that has no exact one.
   void finish(int first);
 
   int count() const { return count_; }
   int exact() const;
+  bool any_inside() const;
+  bool any_singular() const;
   const Root& operator[](int i) const { return root_[i]; }
   // the nearest miss or the best solution of all that was merged
   const Root& best() const { return best_; }
@@ -38,6 +42,7 @@ class RootSet {
  private:
   double distance(const double* a, const double* b) const;
   bool are_same(const Root& a, const Root& b) const;
+  void drop_misses();
   void unite();
 
   static constexpr int MOST = 64;  // a pose on a continuum has any number of solutions
@@ -49,7 +54,7 @@ class RootSet {
   bool moved_ = false;
 };
 
-// Whether the evidence of an elimination that found `distinct` exact roots is too weak to stand alone.
-bool is_weak(const Elimination& e, const RootBlock& block, int distinct);
+// Whether what one elimination says of a pose is too weak to stand alone; `distinct` exact roots are known.
+bool is_weak(double disturbance, const RootBlock& block, int distinct);
 
 }  // namespace kinverse

@@ -36,11 +36,8 @@ Link turn_z(double angle) {
   return {c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0};
 }
 // the counterpart of joint_motion in general_6r_kernel.hpp
-Link motion(bool prismatic, double bend, double v) {
-  if (!prismatic) return turn_z(v);
-  const double half = 0.5 * bend * v, scale = 1.0 / (1.0 + half * half);
-  const double s = 2.0 * half * scale, versed = 2.0 * half * half * scale, c = 1.0 - versed;
-  return {1, 0, 0, 0, 0, c, -s, -v * half * scale, 0, s, c, v * scale};
+Link motion(bool prismatic, double v) {
+  return prismatic ? Link{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, v} : turn_z(v);
 }
 
 Link disturbed(const Link& link, double by, Random& random) {
@@ -67,14 +64,13 @@ struct Basis {
   double to_coefficients[3][3];  // [function][point]
   double power[3][3];            // [function][falling power] of the half-angle, over a common denominator
 };
-Basis basis(bool prismatic, double bend) {
+Basis basis(bool prismatic) {
   Basis b;
   double value[3][3];  // [point][function]
   for (int i = 0; i < 3; ++i) {
     const double v = b.point[i] = prismatic ? i - 1.0 : TWO_PI * i / 3.0;
-    const double w = 1.0 + 0.25 * bend * bend * v * v;
-    value[i][0] = prismatic ? v * v / w : std::cos(v);
-    value[i][1] = prismatic ? v / w : std::sin(v);
+    value[i][0] = prismatic ? v * v : std::cos(v);
+    value[i][1] = prismatic ? v : std::sin(v);
     value[i][2] = 1.0;
   }
   auto minor = [&](int r, int c) {
@@ -85,7 +81,7 @@ Basis basis(bool prismatic, double bend) {
   for (int f = 0; f < 3; ++f)
     for (int i = 0; i < 3; ++i) b.to_coefficients[f][i] = minor(i, f) / determinant;
   const double turn[3][3] = {{-1, 0, 1}, {0, 2, 0}, {1, 0, 1}};
-  const double slide[3][3] = {{1, 0, 0}, {0, 1, 0}, {0.25 * bend * bend, 0, 1}};
+  const double slide[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   for (int f = 0; f < 3; ++f)
     for (int k = 0; k < 3; ++k) b.power[f][k] = prismatic ? slide[f][k] : turn[f][k];
   return b;
@@ -114,8 +110,8 @@ bool remove_left(Elimination& e, const Basis& a, const Basis& b) {
   std::copy_n(e.link[A], 12, link_a.begin());
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      Link m = product(inverse(motion(e.prismatic[A], e.bend, a.point[i])), inverse(link_f));
-      m = product(inverse(motion(e.prismatic[B], e.bend, b.point[j])), product(inverse(link_a), m));
+      Link m = product(inverse(motion(e.prismatic[A], a.point[i])), inverse(link_f));
+      m = product(inverse(motion(e.prismatic[B], b.point[j])), product(inverse(link_a), m));
       const double p[3] = {m[3], m[7], m[11]}, l[3] = {m[2], m[6], m[10]};
       double f[N];
       invariants(p, l, f);
@@ -173,7 +169,7 @@ void tabulate(Elimination& e, const Basis (&right)[3]) {
   for (int s = 0; s < PADDED_SAMPLES; ++s) {
     const int used = std::min(s, SAMPLES - 1), index[3] = {used / 9, used / 3 % 3, used % 3};
     for (int joint = 0; joint < 3; ++joint) {
-      const Link m = motion(e.prismatic[C + joint], e.bend, right[joint].point[index[joint]]);
+      const Link m = motion(e.prismatic[C + joint], right[joint].point[index[joint]]);
       for (int k = 0; k < 12; ++k) e.motion[joint][k][s] = m[k];
     }
     if (s >= SAMPLES) continue;
@@ -224,7 +220,6 @@ bool make_elimination(const Chain& chain, double size, int loop, double disturba
   e.pose_link = pose_place;
   e.sign = backwards ? -1.0 : 1.0;
   e.disturbance = disturbance;
-  e.bend = std::max(disturbance, 1e-5);
   Link links[6];
   for (int place = 0; place < 6; ++place) {
     const int at = (place - pose_place + 5 + 6) % 6;
@@ -247,9 +242,47 @@ bool make_elimination(const Chain& chain, double size, int loop, double disturba
   for (int place = 0; place < 6; ++place) std::copy_n(links[place].begin(), 12, e.link[place]);
   std::copy_n(before.begin(), 12, e.before);
   std::copy_n(after.begin(), 12, e.after);
-  const Basis right[3] = {basis(false, e.bend), basis(e.prismatic[D], e.bend), basis(e.prismatic[E], e.bend)};
+  const Basis right[3] = {basis(false), basis(e.prismatic[D]), basis(e.prismatic[E])};
   tabulate(e, right);
-  return remove_left(e, basis(e.prismatic[A], e.bend), basis(e.prismatic[B], e.bend));
+  return remove_left(e, basis(e.prismatic[A]), basis(e.prismatic[B]));
+}
+
+std::vector<SlidePair> make_slide_pairs(const Chain& chain, double size) {
+  // sine of the angle between neighbouring turning axes below which one does not tell the other's angle
+  constexpr double PARALLEL = 1e-6;
+  std::vector<SlidePair> pairs;
+  for (int driver = 0; driver < 6; ++driver) {
+    if (chain.prismatic[driver]) continue;
+    SlidePair pair{};
+    int turns = 0;
+    bool is_usable = true;
+    Link gap{};
+    for (int place = 0; place < 6; ++place) {
+      const int j = (driver + place) % 6;
+      pair.joint[place] = j;
+      pair.prismatic[place] = chain.prismatic[j] != 0;
+      // joint 2 of the four-bar follows from the angles to its neighbours; where the pose stands
+      // between, the angle is another each time
+      if (!pair.prismatic[place]) {
+        if (turns >= 2 && std::hypot(gap[2], gap[6]) < PARALLEL) is_usable = false;
+        gap = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        ++turns;
+      }
+      Link link;
+      std::copy_n(chain.frames + 12 * (j + 1), 12, link.begin());
+      for (int k = 3; k < 12; k += 4) link[static_cast<size_t>(k)] /= size;
+      std::copy_n(link.begin(), 12, pair.link[place]);
+      gap = product(gap, link);
+      if (j < 5) continue;
+      pair.pose_link = place;
+      std::copy_n(link.begin(), 12, pair.before);
+      std::copy_n(chain.frames, 12, pair.after);
+      for (int k = 3; k < 12; k += 4) pair.after[k] /= size;
+      gap = {1, 0, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0};  // no angle at all
+    }
+    if (is_usable) pairs.push_back(pair);
+  }
+  return pairs;
 }
 
 const TrigTables& trig_tables() {

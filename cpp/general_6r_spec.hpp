@@ -1,6 +1,8 @@
 // What the elimination for a general six-joint arm needs to know: found once per arm (general_6r_setup.cpp).
 #pragma once
 
+#include "slide_pair_spec.hpp"
+
 namespace kinverse {
 
 // The arm and the pose close a loop of six joints and six links,
@@ -26,7 +28,6 @@ struct Elimination {
   bool pose_inverted;
   double before[12], after[12];
   double disturbance; // of the links, in sizes and radians
-  double bend;        // how much a slide is bent, see `slide`
   // Joint motions at the sample points of c, d, e: [entry][sample], 12 entries each.
   alignas(64) double motion[3][12][PADDED_SAMPLES];
   // Values at the samples -> coefficients of (power of d, power of e, basis of c), all falling.
@@ -42,11 +43,18 @@ struct TrigTables {
   alignas(64) double re[TRIG_SAMPLES / 2][TRIG_SAMPLES], im[TRIG_SAMPLES / 2][TRIG_SAMPLES];
 };
 
+// Of an arm with two slides `pair` holds the eliminations, of any other `elimination`; best first.
 struct General6R {
-  int eliminations;  // best first
+  int eliminations;
+  bool is_deficient;  // its joints do not move the tool in all six ways anywhere: solutions are continua
   double size;
   const Elimination* elimination;
+  const SlidePair* pair;
   const TrigTables* tables;
+
+  double disturbance(int which) const { return pair ? 0.0 : elimination[which].disturbance; }
+  // in whose angle the first one's polynomial is written
+  int first_joint() const { return !eliminations ? 0 : pair ? pair[0].joint[0] : elimination[0].joint[C]; }
 };
 
 // What one elimination found for one pose. value[k][root]: joint k, then the position error and the
@@ -58,7 +66,7 @@ struct RootBlock {
   int candidates;     // roots on or near the unit circle, polished
   int real;           // roots on the unit circle within rounding
   int complex;        // the others
-  int strayed;        // of these, how many were polished into something else
+  int strayed;        // of the real ones, how many were polished into something else
   double gap;         // smallest between neighbouring real roots [rad]
   double off_circle;  // smallest |log |root|| of the others
   double blur;        // how far roots are from fulfilling the symmetry they must have

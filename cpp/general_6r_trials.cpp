@@ -12,11 +12,16 @@
 namespace kinverse {
 namespace {
 
+int slides(const Chain& chain) {
+  return static_cast<int>(std::count_if(chain.prismatic, chain.prismatic + 6, [](std::uint8_t p) { return p != 0; }));
+}
+
 // Eliminations of one arm, tried on random poses of it.
 class Trials {
  public:
   struct Entry {
     Elimination elimination;
+    SlidePair pair;
     int loop;
     double disturbance;
     std::vector<int> held;  // solutions found of each pose
@@ -24,7 +29,11 @@ class Trials {
   };
 
   Trials(const Chain& chain, double size, double exact)
-      : chain_(chain), size_(size), tolerances_{1e-6, 1e-6, exact, exact, false}, kernels_(active_kernels()) {}
+      : chain_(chain),
+        size_(size),
+        is_pair_(slides(chain) == 2),
+        tolerances_{1e-6, 1e-6, exact, exact, false},
+        kernels_(active_kernels()) {}
 
   // best first, once some were kept
   const std::vector<std::unique_ptr<Entry>>& entries() const { return entries_; }
@@ -39,6 +48,13 @@ class Trials {
     for (Trial& trial : trials_) attempt(*entry, trial);
     entries_.push_back(std::move(entry));
   }
+  void enter(const SlidePair& pair) {
+    auto entry = std::make_unique<Entry>();
+    entry->pair = pair;
+    entry->loop = pair.joint[0];
+    entry->disturbance = 0.0;
+    entries_.push_back(std::move(entry));
+  }
   void run(int count) {
     for (int t = 0; t < count; ++t) {
       double q[6];
@@ -49,6 +65,9 @@ class Trials {
       // the one solution that is known: no elimination may miss it
       RootBlock block;
       kernels_.general_6r_polish(chain_, size_, tolerances_, trial.T, middle_, q, 1, block);
+      double J[36];
+      kernels_.jacobian(chain_, q, 1, J);
+      is_deficient_ = is_deficient_ && has_lost_rank(J);
       trial.found.merge(block);
       for (auto& entry : entries_) attempt(*entry, trial);
     }
@@ -68,6 +87,8 @@ class Trials {
     bool seen[LOOPS] = {};
     std::erase_if(entries_, [&](const auto& entry) { return std::exchange(seen[entry->loop], true); });
   }
+  // no pose was regular
+  bool is_deficient() const { return is_deficient_; }
   double recall(const Entry& entry) const {
     const int found = std::accumulate(entry.held.begin(), entry.held.end(), 0);
     return found / std::max(1.0, static_cast<double>(found + missed(entry)));
@@ -80,9 +101,34 @@ class Trials {
     RootSet found;  // by any elimination
   };
 
+  // By elimination with the largest pivot left: its last one is zero but for rounding.
+  bool has_lost_rank(double* J) const {
+    constexpr double LOST = 1e-9;
+    auto at = [&](int r, int c) -> double& { return J[6 * r + c]; };
+    for (int r = 0; r < 6; ++r)
+      for (int i = 0; i < 6; ++i)
+        at(r, chain_.source[i]) *= (r < 3 ? 1.0 / size_ : 1.0) * (chain_.prismatic[i] ? size_ : 1.0);
+    double first = 0.0;
+    for (int k = 0; k < 6; ++k) {
+      int row = k, column = k;
+      for (int r = k; r < 6; ++r)
+        for (int c = k; c < 6; ++c)
+          if (std::fabs(at(r, c)) > std::fabs(at(row, column))) row = r, column = c;
+      for (int c = 0; c < 6; ++c) std::swap(at(k, c), at(row, c));
+      for (int r = 0; r < 6; ++r) std::swap(at(r, k), at(r, column));
+      const double pivot = at(k, k);
+      if (k == 0) first = std::fabs(pivot);
+      if (!(std::fabs(pivot) > LOST * first)) return true;
+      for (int r = k + 1; r < 6; ++r) {
+        const double factor = at(r, k) / pivot;
+        for (int c = k; c < 6; ++c) at(r, c) -= factor * at(k, c);
+      }
+    }
+    return false;
+  }
+
   void attempt(Entry& entry, Trial& trial) {
-    const Elimination& e = entry.elimination;
-    const General6R arm{1, size_, &e, &trig_tables()};
+    const General6R arm{1, false, size_, &entry.elimination, is_pair_ ? &entry.pair : nullptr, &trig_tables()};
     RootBlock block;
     kernels_.general_6r_pose(chain_, arm, 0, tolerances_, trial.T, middle_, block);
     trial.found.merge(block);
@@ -90,9 +136,9 @@ class Trials {
     own.clear();
     own.merge(block);
     entry.held.push_back(own.exact());
-    entry.weak += is_weak(e, block, own.exact());
+    entry.weak += is_weak(entry.disturbance, block, own.exact());
     // all else equal: little disturbance, little noise, roots well apart, one pack of them
-    entry.cost += (e.disturbance > 0.0 ? 0.02 : 0.0) + std::sqrt(e.disturbance) +
+    entry.cost += (entry.disturbance > 0.0 ? 0.02 : 0.0) + std::sqrt(entry.disturbance) +
                   0.01 * std::max(0.0, std::log10(block.noise + 1e-17) + 10.0) + 0.002 * (block.candidates > 8) +
                   0.05 * std::max(0.0, -2.0 - std::log10(std::min(block.gap, block.off_circle) + 1e-9));
   }
@@ -105,6 +151,8 @@ class Trials {
 
   const Chain& chain_;
   double size_;
+  const bool is_pair_;
+  bool is_deficient_ = true;
   const Tolerances tolerances_;
   const Kernels& kernels_;
   const double middle_[6] = {};
@@ -121,9 +169,13 @@ ChosenEliminations choose_eliminations(const Chain& chain, double size, double e
   constexpr int FIRST = 3, SECOND = 6, THIRD = 16;
   constexpr size_t KEPT = 3, FINALISTS = 4;
   Trials trials(chain, size, exact);
-  for (int loop = 0; loop < LOOPS; ++loop) trials.enter(loop, DISTURBANCES[0], 0);
+  const bool is_pair = slides(chain) == 2;
+  if (is_pair)
+    for (const SlidePair& pair : make_slide_pairs(chain, size)) trials.enter(pair);
+  else
+    for (int loop = 0; loop < LOOPS; ++loop) trials.enter(loop, DISTURBANCES[0], 0);
   trials.run(FIRST);
-  if (trials.sound() < KEPT)
+  if (!is_pair && trials.sound() < KEPT)
     for (unsigned k = 1; k < std::size(DISTURBANCES); ++k)
       for (int loop = 0; loop < LOOPS; ++loop) trials.enter(loop, DISTURBANCES[k], k);
   trials.keep_best_of_loops();
@@ -132,9 +184,14 @@ ChosenEliminations choose_eliminations(const Chain& chain, double size, double e
   trials.run(THIRD);
   trials.keep_best(KEPT);
   ChosenEliminations chosen;
+  chosen.is_deficient = trials.is_deficient();
+  if (chosen.is_deficient) return chosen;
   for (const auto& entry : trials.entries()) {
-    if (chosen.eliminations.empty()) chosen.recall = trials.recall(*entry);
-    chosen.eliminations.push_back(entry->elimination);
+    if (chosen.kept.empty()) chosen.recall = trials.recall(*entry);
+    if (is_pair)
+      chosen.pairs.push_back(entry->pair);
+    else
+      chosen.eliminations.push_back(entry->elimination);
     chosen.kept.emplace_back(entry->loop, entry->disturbance);
   }
   return chosen;

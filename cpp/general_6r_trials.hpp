@@ -9,7 +9,9 @@
 namespace kinverse {
 
 struct ChosenEliminations {
-  std::vector<Elimination> eliminations;    // best first
+  std::vector<Elimination> eliminations;  // best first; of an arm with two slides `pairs` instead
+  std::vector<SlidePair> pairs;
+  bool is_deficient = false;
   std::vector<std::pair<int, double>> kept;  // loop and disturbance of each
   double recall = 0.0;  // how many of the solutions of the trial poses the first one found, 0..1
 };

@@ -5,12 +5,12 @@
 // (cos, sin, 1) of two joints on either side of the loop. Six combinations are free of a and b; with
 // half-angles of d and e and their multiples by the half-angle of d they make a 12 x 12 matrix, linear
 // in cos and sin of c. Its determinant is a trigonometric polynomial of degree 8, sampled in lanes.
-// A slide is a turn about an axis far away (`bend` is the reciprocal distance): its basis
-// (v^2, v, 1) takes the place of (cos, sin, 1), and nothing else changes.
+// Where a joint slides, its basis (v^2, v, 1) takes the place of (cos, sin, 1), and nothing else changes;
+// two slides would make the matrix singular everywhere (slide_pair.hpp).
 #pragma once
 
 #include "general_6r_spec.hpp"
-#include "polynomial.hpp"
+#include "trig_polynomial.hpp"
 #include "se3.hpp"
 
 namespace kinverse::KINVERSE_ISA {
@@ -176,27 +176,7 @@ KINVERSE_INLINE TrigPolynomial characteristic(const Equations& equations, const 
   P value[PACKS];
   for (int h = 0; h < PACKS; ++h)
     resultant<W, false>(equations, load<W>(table.c + W * h), load<W>(table.s + W * h), value[h], nullptr);
-  TrigPolynomial f;
-  double largest = 1e-300, rest = 0.0;
-  for (int k = 0; k < TRIG_SAMPLES / 2; ++k) {
-    P re(0.0), im(0.0);
-    for (int h = 0; h < PACKS; ++h) {
-      re = value[h] * load<W>(table.re[k] + W * h) + re;
-      im = value[h] * load<W>(table.im[k] + W * h) + im;
-    }
-    double sum_re = 0.0, sum_im = 0.0;
-    for (int l = 0; l < W; ++l) sum_re += re[l], sum_im += im[l];
-    const double size = __builtin_fabs(sum_re) + __builtin_fabs(sum_im);
-    if (k <= TRIG_DEGREE) {
-      f.re[k] = sum_re;
-      f.im[k] = sum_im;
-      largest = size > largest ? size : largest;
-    } else {
-      rest = size > rest ? size : rest;
-    }
-  }
-  noise = rest / largest;
-  return f;
+  return trig_polynomial<W>(value, table, noise);
 }
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -76,7 +76,8 @@ BESIDE = {
 }
 SOLVER_RANKS = {
     "_base": 0,
-    "families": 0,
+    "decoupled": 0,
+    "families": 0.1,
     "extension": 0.3,
     "held": 0.3,
     "pose_objective": 0,

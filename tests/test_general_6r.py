@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -104,7 +105,11 @@ def test_the_generating_configuration_is_among_the_branches(name):
     q, T = poses_of(robot, 300, seed=1)
     s = kv.Analytic(limits="ignore").fit(robot).solve(T)
     assert s.ok.all() and len(not_found(robot, s, q)) == 0
-    assert max(s.position_error.max(), s.rotation_error.max()) <= 1e-9
+    # limits are ignored: a slide of some ten kilometres rounds in steps of its own
+    far = np.maximum(
+        1.0, np.abs(s.q[:, [kind == "P" for kind in robot.kinds]]).max(axis=1, initial=0)
+    )
+    assert (s.position_error / far).max() <= 1e-9 and s.rotation_error.max() <= 1e-9
     assert s.count.max() <= 16
     assert_true(robot, T, s, 40)
 
@@ -116,7 +121,11 @@ def test_of_ten_thousand_generating_configurations_at_most_one_is_missed(name):
     q, T = poses_of(robot, 10_000, seed=2)
     s = kv.Analytic(limits="ignore").fit(robot).solve(T)
     assert s.ok.all() and len(not_found(robot, s, q)) <= 1
-    assert max(s.position_error.max(), s.rotation_error.max()) <= 1e-9
+    # limits are ignored: a slide of some ten kilometres rounds in steps of its own
+    far = np.maximum(
+        1.0, np.abs(s.q[:, [kind == "P" for kind in robot.kinds]]).max(axis=1, initial=0)
+    )
+    assert (s.position_error / far).max() <= 1e-9 and s.rotation_error.max() <= 1e-9
     assert_true(robot, T, s, 200)
 
 
@@ -329,3 +338,148 @@ def test_degenerate_arms_get_an_answer_or_an_honest_none(kinds, alpha):
 def test_six_joints_with_a_mimic_are_still_refused():
     with pytest.raises(kv.NoClosedForm, match="mimic"):
         kv.Analytic().fit(kv.load("ir361"))
+
+
+# ---- slides ---------------------------------------------------------------
+
+PAIRS = ["".join("RP"[i in slides] for i in range(6)) for slides in combinations(range(6), 2)]
+SINGLE = ["R" * i + "P" + "R" * (5 - i) for i in range(6)]
+
+
+@pytest.mark.parametrize("kinds", SINGLE + PAIRS)
+def test_wherever_one_or_two_joints_slide_nothing_is_missed(kinds):
+    robot = arms.random_arm(104, kinds)
+    q, T = poses_of(robot, 400, seed=12)
+    s = kv.Analytic(limits="ignore").fit(robot).solve(T)
+    assert len(not_found(robot, s, q)) == 0
+    assert s.stats.evidence.weak.mean() < 0.01
+    assert_true(robot, T, s, 20)
+    held = kv.Analytic().fit(robot).solve(T)
+    assert held.ok.all()
+
+
+@pytest.mark.parametrize("kinds", ["PRRRRP", "PPRRRR", "RPRRRP"])
+def test_two_slides_give_no_branch_less_than_a_search(kinds):
+    compare_with_search(arms.random_arm(98, kinds), 3)
+
+
+def special_arm(rng, kinds):
+    """Right angles, parallel axes and axes that meet, as often as not."""
+    n = len(kinds)
+    alpha = rng.choice([0, HALF, -HALF, np.pi, 99], n, p=[0.25, 0.25, 0.2, 0.1, 0.2])
+    a = rng.choice([0, 0.3, 99], n, p=[0.45, 0.2, 0.35])
+    d = rng.choice([0, 0.2, 99], n, p=[0.45, 0.2, 0.35])
+    theta = rng.choice([0, HALF, 99], n)
+    return kv.Robot.from_dh(
+        a=np.where(a == 99, rng.uniform(0.05, 0.6, n), a),
+        d=np.where(d == 99, rng.uniform(-0.5, 0.5, n), d),
+        alpha=np.where(alpha == 99, rng.uniform(-3, 3, n), alpha),
+        theta=np.where(theta == 99, rng.uniform(-3, 3, n), theta),
+        joints=kinds,
+        limits=[(-np.pi, np.pi) if kind == "R" else (-1.0, 1.0) for kind in kinds],
+    )
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.4])
+def test_the_evidence_of_special_arms_never_contradicts_the_answer(share):
+    rng = np.random.default_rng(int(10 * share) + 20)
+    arms_tried = poses_tried = 0
+    while arms_tried < 25:
+        kinds = "".join(rng.choice(["R", "P"], 6, p=[1 - share, share]))
+        robot = special_arm(rng, kinds)
+        q, T = poses_of(robot, 60, seed=arms_tried)
+        rank = np.linalg.svd(robot.jacobian(q), compute_uv=False)[:, -1]
+        if np.median(rank) < 1e-3 or closed_form_spec(robot).family is not Family.GENERAL_6R:
+            continue
+        arms_tried += 1
+        s = kv.Analytic(limits="ignore").fit(robot).solve(T)
+        evidence = s.stats.evidence
+        sure = ~evidence.weak & (evidence.method == "elimination")
+        assert (evidence.real_roots == s.count)[sure].all()
+        assert (evidence.real_roots + evidence.complex_roots == 16)[sure].all()
+        missed = not_found(robot, s, q)
+        assert (evidence.weak[missed] | (rank[missed] < 1e-3)).all()
+        assert not np.isin(s.status, [Status.UNREACHABLE, Status.OUT_OF_LIMITS]).any()
+        poses_tried += sure.sum()
+    assert poses_tried > 1000
+
+
+def test_a_rail_may_be_a_thousand_times_longer_than_the_arm():
+    robot = kv.Robot.from_dh(
+        a=[0.1, 0.2, 0.3, 0.2, 0.1, 0.2],
+        d=0.1,
+        alpha=[1.0, 1.3, 0.8, 2, 1.1, 0.4],
+        joints="PRRRRR",
+        limits=[(-2000, 2000)] + [(-3, 3)] * 5,
+    )
+    q = robot.random(200, rng=13)
+    s = kv.Analytic().fit(robot).solve(robot.fk(q))
+    assert len(not_found(robot, s, q)) == 0
+
+
+# ---- continua and limits ---------------------------------------------------
+
+DEFICIENT = {
+    "slides side by side": {
+        "a": [0.1, 0.1, 0.4, 0.3, 0.2, 0.1],
+        "d": [0, 0, 0.1, 0.1, 0.2, 0.1],
+        "alpha": [0, 1.2, 1.0, 1.1, 0.7, 0.4],
+        "joints": "PPRRRR",
+    },
+    "two joints on one axis": {
+        "a": [0, 0.4, 0.3, 0, 0, 0],
+        "d": [0, 0.1, 0, 0.4, 0, 0.1],
+        "alpha": [0, HALF, 0, -HALF, HALF, 0],
+        "joints": "RRRRRR",
+    },
+    "four slides": {
+        "a": 0.1,
+        "d": 0.1,
+        "alpha": [0.7, 1.2, 1.0, 1.1, 0.7, 0.4],
+        "joints": "PPPPRR",
+    },
+}
+
+
+@pytest.mark.parametrize("name", DEFICIENT)
+def test_where_every_pose_is_a_continuum_members_inside_the_limits_are_given(name):
+    robot = kv.Robot.from_dh(**DEFICIENT[name], limits=[(-0.5, 0.5)] * 2 + [(-3, 3)] * 4)
+    q = robot.random(100, rng=14)
+    T = robot.fk(q)
+    s = kv.Analytic().fit(robot).solve(T)
+    assert not np.isin(s.status, [Status.UNREACHABLE, Status.OUT_OF_LIMITS]).any()
+    assert s.ok.mean() > 0.95 and s.stats.singular[s.ok].all()
+    assert ((s.q >= robot.limits[:, 0]) & (s.q <= robot.limits[:, 1])).all()
+    assert kv.solve(robot, T).ok.all()
+    # the checked way says no more than the native one
+    every = kv.Analytic(windings="all").fit(robot).solve(T)
+    assert not np.isin(every.status, [Status.UNREACHABLE, Status.OUT_OF_LIMITS]).any()
+
+
+def merged_pairs(robot, count, seed):
+    """Joint values at which two branches are one: the determinant of the Jacobian changes sign."""
+    rng = np.random.default_rng(seed)
+    found = []
+    while len(found) < count:
+        a, b = rng.uniform(-np.pi, np.pi, (2, 6))
+        sign = [np.sign(np.linalg.det(robot.jacobian(a + t * (b - a)))) for t in (0.0, 1.0)]
+        if sign[0] == sign[1]:
+            continue
+        low, high = 0.0, 1.0
+        for _ in range(60):
+            t = (low + high) / 2
+            same = np.sign(np.linalg.det(robot.jacobian(a + t * (b - a)))) == sign[0]
+            low, high = (t, high) if same else (low, t)
+        found.append(a + low * (b - a))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", ["general_6", "xarm6"])
+def test_a_double_root_at_a_limit_is_a_solution(name):
+    robot = ARMS[name]()
+    for k, q in enumerate(merged_pairs(robot, 30, seed=15)):
+        joint, wide = k % 6, np.tile([-7.0, 7.0], (6, 1))
+        wide[joint] = [q[joint] - 1.0, q[joint]] if k % 2 else [q[joint], q[joint] + 1.0]
+        held = robot.with_limits(wide)
+        s = kv.Analytic().fit(held).solve(held.fk(q))
+        assert s.ok[0]

@@ -199,7 +199,7 @@ def _max_branches(
     if robot.dof > rank or len(robot.kinds) != robot.dof:
         return None
     if spec is not None:
-        return len(spec.branch_labels)
+        return min(len(spec.branch_labels), BOUNDS[robot.kinds.count("P")])
     spherical = any(meeting.joints in ((0, 1, 2), (3, 4, 5)) for meeting in meetings)
     if robot.kinds == "RRRRRR" and spherical:
         return 8  # Pieper 1968: four ways to place the wrist centre, two to turn the hand

@@ -34,6 +34,11 @@ def singularities(spec: ClosedFormSpec) -> tuple[Singularity, ...]:
     axes = [str(int(joint) + 1) for joint in spec.joint]
     if spec.family is Family.GENERAL_6R:
         return ()
+    if spec.family is Family.DECOUPLED:
+        return (
+            Singularity("slides", "the three slides move in one plane"),
+            Singularity("wrist", "the three turning axes are parallel to one plane"),
+        )
     if spec.family is Family.SCARA:
         listed = ", ".join(sorted(axes[:2])) + f" and {axes[2]}"
         return (

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinverse import kernels
 from kinverse.errors import InputError
 from kinverse.solutions import Origin, Solutions
-from kinverse.status import Status
+from kinverse.status import METHODS, Status
 from kinverse.table import PER_INTERVAL, TableLike, replaced
 from kinverse.task import Task, as_task
 
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Proposal", "Settings", "verify", "verify_table"]
 
 Array = NDArray[np.float64]
+
+INCOMPLETE = [METHODS.index("search"), METHODS.index("elimination")]
+"""Methods that, where their evidence is weak, may have missed solutions inside the limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +171,11 @@ def verify_table(
             changes[name] = _array(name, getattr(proposal, name), kind, (poses,))
     if proposal.evidence is not None:
         evidence = _array("evidence", proposal.evidence, kernels.EVIDENCE, (poses,)).copy()
+        # an incomplete list of solutions that all lie outside the limits shows nothing
+        doubtful = evidence["weak"] & np.isin(evidence["method"], INCOMPLETE)
+        doubtful &= table.status == Status.OUT_OF_LIMITS
+        if doubtful.any():
+            changes["status"] = np.where(doubtful, np.uint8(Status.NOT_FOUND), table.status)
         evidence["weak"] |= table.status == Status.NOT_FOUND
         changes["evidence"] = evidence
     if proposal.intervals is not None:

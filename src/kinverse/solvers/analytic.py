@@ -8,8 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
+from kinverse.geometry import axis_lines
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers.decoupled import DecoupledForm
 from kinverse.solvers.extension import Extension, check_mobility, extended
 from kinverse.solvers.families import (
     ClosedFormSpec,
@@ -41,8 +43,10 @@ class Analytic(Solver):
     Solves arms with a spherical wrist at either end (any shoulder and elbow in which axes 1 and 2,
     or 2 and 3, meet or are parallel), three consecutive parallel axes with axes 5 and 6 meeting
     (Universal Robots), the 5R arms that lack one axis of these, planar 3R arms and SCARA arms; no
-    two axes need be perpendicular. Every other chain of six joints, prismatic ones included, by
-    elimination (Raghavan & Roth 1993), and chains of one to five with virtual joints that must
+    two axes need be perpendicular. Arms of three slides and three turning joints, in any order: the
+    rotation first, then a linear system for the slides. Every other chain of six joints by
+    elimination: with at most one slide after Raghavan & Roth (1993), with two along the spherical
+    four-bar that the turning joints make. Chains of one to five joints with virtual ones that must
     stand still. The tasks "planar" and "schoenflies" take arms whose turning axes are all
     parallel, with slides anywhere among them. Sources: Pieper (1968); thesis of Jha (2015),
     chapter 4, with the corrections of the project's errata.
@@ -50,8 +54,10 @@ class Analytic(Solver):
     A pose that meets a continuum of solutions (a singular pose) gets, per branch, the member that
     lies inside the limits and nearest to ``q_seed`` (else to their middle), to about 1e-3 rad;
     ``stats.singular`` tells. UNREACHABLE is shown by interval arithmetic over all poses within
-    the tolerances; for arms solved by elimination it rests on the roots found, and is said only
-    where these are clear.
+    the tolerances; for arms solved by elimination it rests on the roots found, and is said, as is
+    OUT_OF_LIMITS, only where these are clear. Where six joints move the tool in fewer than six
+    ways (two on one axis, parallel slides) every pose is such a continuum: a search gives members
+    of it.
 
     Arms with seven revolute joints have a free parameter: a joint, or the arm angle where shoulder
     and wrist are spherical (the angle of the elbow about the line from shoulder to wrist, 0 in the
@@ -151,29 +157,29 @@ class Analytic(Solver):
             return
         spec, settings, extension = self.spec_, self.settings_, self.extension_
         robot = self.robot_ if extension is None else extension.robot
-        tolerances = (
-            float(settings.tol_position),
-            float(settings.tol_rotation),
-            settings.limits == "ignore" or extension is not None,
-            self._exact,
-        )
-        self._form: Any
+        self._form: Any = self._form_of(robot, spec)
         self._other: Any = None
-        if spec.family is Family.GENERAL_6R:
-            self._form = kernels.GeneralForm(robot.chain, *tolerances)
-        else:
-            self._form = self._special_form(robot, tolerances)
-        if settings.windings == "nearest" and extension is None:
+        is_native = spec.family is not Family.DECOUPLED
+        if settings.windings == "nearest" and extension is None and is_native:
             self._fused = self._form.solve
+
+    def _form_of(self, robot: Robot, spec: ClosedFormSpec) -> Any:
+        """What solves an arm, the robot itself or its extension, whose limits are not its own."""
+        settings = self.settings_
+        tolerances = float(settings.tol_position), float(settings.tol_rotation)
+        ignore = settings.limits == "ignore" or self.extension_ is not None
+        if spec.family is Family.DECOUPLED:
+            return DecoupledForm(robot, tolerances[1])
+        if spec.family is Family.GENERAL_6R:
+            return kernels.GeneralForm(robot.chain, *tolerances, ignore, self._exact)
+        return self._special_form(robot, (*tolerances, ignore, self._exact))
 
     def _other_form(self) -> Any:
         """The form of the extension's other arm, made when it is first asked."""
         if self._other is None:
             assert self.extension_ is not None and self.extension_.other is not None
-            settings = self.settings_
-            tolerances = float(settings.tol_position), float(settings.tol_rotation)
-            chain = self.extension_.other.robot.chain
-            self._other = kernels.GeneralForm(chain, *tolerances, True, self._exact)
+            other = self.extension_.other.robot
+            self._other = self._form_of(other, closed_form_spec(other))
         return self._other
 
     @property
@@ -347,7 +353,9 @@ class Analytic(Solver):
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         if self.redundant_form_ is not None:
             if self._held is not None:
-                return self._held.propose(T, q_seed)
+                # what holds on a limit only just is none where others are exact
+                size = axis_lines(self.robot_.frames, self.robot_.kinds).size
+                return replace(self._held.propose(T, q_seed), exact=EXACT * max(1.0, size))
             return _proposal(self._form.solve(T, q_seed))
         if self.parallel_arm_ is not None:
             tolerances = self.settings_.tol_position, self.settings_.tol_rotation

@@ -19,7 +19,7 @@ from kinverse.robot import Robot
 from kinverse.se3 import pose
 from kinverse.solvers._base import Proposal
 from kinverse.solvers.families import MOST_ROOTS
-from kinverse.status import Status
+from kinverse.status import METHODS, Status
 from kinverse.task import as_task
 
 __all__ = ["STANDING", "Extension", "check_mobility", "extended"]
@@ -91,6 +91,8 @@ class Extension:
         # an elimination that other starts have proved wrong may have missed more
         sound = ~evidence["weak"] & (evidence["real_roots"] == table.count)
         sound &= evidence["root_gap"] > CLEAR_GAP
+        # a closed form counts no roots and misses nothing, but on a continuum it gives members only
+        sound |= (evidence["method"] == METHODS.index("closed form")) & ~table.singular
         shown = table.status == Status.UNREACHABLE
         shown = shown | (sound & (table.count > 0) & (least > STANDING))
         q = table.q[:, self.columns]

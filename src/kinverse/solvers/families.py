@@ -20,6 +20,7 @@ from kinverse.geometry import (
     reversed_lines,
 )
 from kinverse.robot import Robot
+from kinverse.solvers.decoupled import is_decoupled
 
 __all__ = [
     "BRANCH_SIGNS",
@@ -43,6 +44,7 @@ class Family(IntEnum):
     THREE_PARALLEL_SHORT = 3
     SCARA = 4
     GENERAL_6R = 5
+    DECOUPLED = 6  # in Python: kinverse.solvers.decoupled
 
 
 class Regional(IntEnum):
@@ -65,6 +67,7 @@ BRANCH_SIGNS = {
     Family.THREE_PARALLEL_SHORT: ("shoulder", "elbow"),
     Family.SCARA: ("elbow",),
     Family.GENERAL_6R: (),
+    Family.DECOUPLED: ("wrist",),
 }
 """What the bits of a branch number stand for, the highest bit first; a general arm has roots."""
 
@@ -168,9 +171,8 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
                 return spec
         if n == 6:
             joint = np.arange(n, dtype=np.int32)
-            return ClosedFormSpec(
-                Family.GENERAL_6R, Regional.PARALLEL_23, False, links, joint, lines.size
-            )
+            family = Family.DECOUPLED if is_decoupled(lines, robot.kinds) else Family.GENERAL_6R
+            return ClosedFormSpec(family, Regional.PARALLEL_23, False, links, joint, lines.size)
     raise NoClosedForm(
         f"{robot.name} ({robot.kinds}) has no closed form here: it was looked for a spherical wrist"
         " at either end, three consecutive parallel axes with the last two meeting, their 5R forms,"
