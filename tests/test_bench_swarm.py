@@ -191,7 +191,19 @@ def test_ours_and_peers_get_their_lines(short):
     assert [line.subject for line in ratios] == ["pso", "pso slow"]
     (bound,) = of(lines, "lower bound of the ratio")
     assert bound.subject == "pso" and bound.bound == 1.1 and bound.verdict == "PASS"
-    assert bound.figure.median == min(line.figure.low for line in ratios)
+    assert bound.figure.median >= min(line.figure.low for line in ratios)
+
+
+def test_a_lucky_peer_with_few_targets_hides_nothing():
+    rng = np.random.default_rng(3)
+    ours = swarm.Result(3.0 * rng.lognormal(sigma=0.1, size=(100, 2)), [1.0], [1])
+    sure = swarm.Result(rng.lognormal(sigma=0.1, size=(100, 1)), [1.0], [1])
+    lucky = swarm.Result(np.array([[1e-9], [1e3], [1e-9], [1e3], [1e-9]]), [1.0], [1])
+    lines = swarm._ratio_lines("pso", {"pso": ours}, {fake("sure"): sure, fake("lucky"): lucky})
+    (info,) = of(lines, "median error / the best peer's")
+    assert "lucky" in info.note and info.figure.low < 1.1
+    (held,) = of(lines, "lower bound of the ratio")
+    assert held.verdict == "MISS" and "sure" in held.note and 2.7 < held.figure.median < 3.0
 
 
 def test_cpu_times_are_set_against_the_libraries_that_are_named(short, monkeypatch):

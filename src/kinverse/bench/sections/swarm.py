@@ -267,24 +267,37 @@ def _peer_line(method: str, peer: Peer, result: Result) -> Line:
 
 
 def _ratio_lines(method: str, ours: dict[str, Result], theirs: dict[Peer, Result]) -> list[Line]:
+    """Each of ours against the best peer; the best of ours is held to the target.
+
+    It must stand against every peer: one that afforded few targets may have the lowest median by
+    luck, and its wide interval would let anything pass.
+    """
     best = min(theirs, key=lambda peer: theirs[peer].median)
-    lines, ratios = [], {}
+    lines, hardest = [], {}
     for name, mine in ours.items():
-        ratio = ratios[name] = ratio_of_medians(mine.error, theirs[best].error)
-        note = f"{best.name}, {min(len(mine.error), len(theirs[best].error))} targets, 95 %"
-        lines.append(Line(TITLE, name, "median error / the best peer's", ratio, note=note))
-        for package, times in TIMES.items():
-            spent = {
-                peer.name: float(np.median(result.seconds))
-                for peer, result in theirs.items()
-                if peer.package == package
-            }
-            if spent:
-                quickest = min(spent, key=lambda peer: spent[peer])
-                figure = Spread.exact(spent[quickest] / float(np.median(mine.seconds)))
-                what = f"CPU: {package} / ours, {TOGETHER} together"
-                lines.append(Line(TITLE, name, what, figure, times, note=quickest))
-    name = min(ratios, key=lambda row: ratios[row].median)
-    figure = Spread.exact(ratios[name].low)
-    what = "lower bound of the ratio"
-    return [*lines, Line(TITLE, method, what, figure, 1.1, False, f"{name} / {best.name}")]
+        ratios = {peer: ratio_of_medians(mine.error, theirs[peer].error) for peer in theirs}
+        hardest[name] = max((ratio.low, peer.name) for peer, ratio in ratios.items())
+        note = f"{best.name}, {len(theirs[best].error)} targets, 95 %"
+        lines.append(Line(TITLE, name, "median error / the best peer's", ratios[best], note=note))
+        lines += _cpu_lines(name, mine, theirs)
+    name = min(hardest, key=lambda row: hardest[row])
+    figure, peer = hardest[name]
+    what = "lower bound of the ratio, the highest of all peers"
+    held = Line(TITLE, method, what, Spread.exact(figure), 1.1, False, f"{name} / {peer}")
+    return [*lines, held]
+
+
+def _cpu_lines(name: str, mine: Result, theirs: dict[Peer, Result]) -> list[Line]:
+    lines = []
+    for package, times in TIMES.items():
+        spent = {
+            peer.name: float(np.median(result.seconds))
+            for peer, result in theirs.items()
+            if peer.package == package
+        }
+        if spent:
+            quickest = min(spent, key=lambda peer: spent[peer])
+            figure = Spread.exact(spent[quickest] / float(np.median(mine.seconds)))
+            what = f"CPU: {package} / ours, {TOGETHER} together"
+            lines.append(Line(TITLE, name, what, figure, times, note=quickest))
+    return lines
