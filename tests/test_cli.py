@@ -269,6 +269,13 @@ def test_columns_of_a_file_say_their_unit(capsys, tmp_path):
 
 
 # ---------------------------------------------------------------------------- compare
+def test_compare_takes_the_polish_away(capsys):
+    given = ["compare", "puma560", "--poses", 5, "--solvers", "swarm:pso", "--json"]
+    assert run(capsys, *given)[0] == 0
+    code, out, _ = run(capsys, *given, "--alone")
+    assert code == 1 and json.loads(out)["rows"][0]["solved"] == 0.0
+
+
 def test_compare_prints_a_row_for_each_solver(capsys):
     code, out, _ = run(capsys, "compare", "kr16", "--poses", 20)
     assert code == 0 and "analytic" in out and "numerical" in out

@@ -50,7 +50,6 @@ def swarm_figure(solver: "Swarm", T: ArrayLike, rng: Any = None, title: str = ""
     """
     figure = new_figure((11.0, 8.0))
     history = solver.watch(T, rng=rng)
-    answer = solver.solve(T, rng=rng)
     first = np.asarray(T, dtype=np.float64).reshape(-1, 4, 4)[0]
     axes = figure.subplots(2, 2).ravel()
     name = type(solver.optimizer_).__name__
@@ -58,8 +57,8 @@ def swarm_figure(solver: "Swarm", T: ArrayLike, rng: Any = None, title: str = ""
     joints = (0, min(1, solver.robot_.dof - 1))
     search_history(axes[1], solver.robot_, history, joints=joints)
     joint_histograms(axes[2], solver.robot_, history)
-    at = answer.stats.best_q[0]
-    fitness_surface(axes[3], solver, first, at, joints=joints)
+    best = history.population_values[-1, 0].argmin()
+    fitness_surface(axes[3], solver, first, history.population[-1, 0, best], joints=joints)
     figure.suptitle(title or f"{solver.robot_.name}, {name}")
     return figure
 
@@ -75,7 +74,8 @@ def convergence(ax: "Axes", histories: Mapping[str, History]) -> None:
     ax.set_yscale("log")
     ax.set_xlabel("evaluations")
     ax.set_ylabel("best objective")
-    ax.set_title(f"convergence, median and quartiles of {problems} poses")
+    told = f", median and quartiles of {problems} poses" if problems > 1 else " of one pose"
+    ax.set_title("convergence" + told)
     ax.legend(frameon=False)
 
 
@@ -133,7 +133,7 @@ def fitness_surface(
     here = _shown(robot, at)
     ax.plot(here[joints[0]], here[joints[1]], "o", mfc="none", mec="white", ms=9)
     _name_joints(ax, robot, joints)
-    ax.set_title("objective about the answer")
+    ax.set_title("objective about the marked point")
 
 
 def new_figure(size: Sequence[float]) -> "Figure":

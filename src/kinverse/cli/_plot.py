@@ -38,7 +38,11 @@ def convergence(path: Path, robot: "Robot", T: Any, solvers: list[str], task: st
     if not swarms:
         raise InputError("--plot draws swarm solvers: name some, such as --solvers swarm:pso")
     figure = plots.new_figure((8.0, 5.0))
-    histories = {name: solver.fit(robot).watch(T[:MOST]) for name, solver in swarms.items()}
+    histories = {}
+    for name, solver in swarms.items():
+        # the whole budget of a population alone, so that the methods themselves are compared
+        solver.set_params(polish=False)
+        histories[name] = solver.fit(robot).watch(T[:MOST], every=2)
     plots.convergence(figure.subplots(), histories)
     figure.suptitle(robot.name)
     figure.savefig(path, dpi=120)

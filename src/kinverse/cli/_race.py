@@ -17,7 +17,7 @@ SINGLE = 200
 
 
 def race(
-    robot: "Robot", poses: int, solvers: list[str], task: str, rng: int
+    robot: "Robot", poses: int, solvers: list[str], task: str, rng: int, alone: bool = False
 ) -> list[dict[str, Any]]:
     """One record for each solver.
 
@@ -27,10 +27,11 @@ def race(
         solvers: names; see ``chosen``. Those that do not fit are noted if they were not named.
         task: the part of the pose that must hold.
         rng: seed of the targets; no solver draws from it.
+        alone: swarm solvers do without polish.
     """
     T = targets(robot, poses, rng)
     named = bool(solvers) and solvers != ["all"]
-    return [_time(robot, T, name, task, named) for name in chosen(solvers)]
+    return [_time(robot, T, name, task, named, alone) for name in chosen(solvers)]
 
 
 def targets(robot: "Robot", poses: int, rng: int) -> Any:
@@ -48,10 +49,15 @@ def chosen(solvers: list[str]) -> list[str]:
     return [name for name in solver_names() if name != "swarm"] if solvers == ["all"] else solvers
 
 
-def _time(robot: "Robot", T: Any, name: str, task: str, must_fit: bool) -> dict[str, Any]:
+def _time(
+    robot: "Robot", T: Any, name: str, task: str, must_fit: bool, alone: bool
+) -> dict[str, Any]:
     row: dict[str, Any] = {"solver": name, "note": ""}
     try:
-        solver = make_solver(name, robot, task).fit(robot)
+        made = make_solver(name, robot, task)
+        if alone and name.startswith("swarm"):
+            made.set_params(polish=False)
+        solver = made.fit(robot)
     except (kv.NoClosedForm, kv.MissingExtra) as error:
         if must_fit:
             raise

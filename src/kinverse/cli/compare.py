@@ -19,6 +19,9 @@ def compare(
     ] = "",
     task: Task = "pose",
     rng: Annotated[int, typer.Option(help="Seed of the poses.")] = 1,
+    alone: Annotated[
+        bool, typer.Option("--alone", help="Swarm solvers without polish: 20,000 evaluations.")
+    ] = False,
     plot: Annotated[
         Path | None,
         typer.Option(help="Draw how swarm solvers converge to this .png, .svg or .pdf."),
@@ -44,7 +47,7 @@ def compare(
         from kinverse.cli import _plot
 
         _plot.convergence(plot, arm, _race.targets(arm, poses, rng), chosen, task)
-    rows = _race.race(arm, poses, chosen, task, rng)
+    rows = _race.race(arm, poses, chosen, task, rng, alone)
     if json:
         answer: dict[str, Any] = {"robot": arm.name, "task": task, "poses": poses, "rows": rows}
         print(text.dumps(answer))
