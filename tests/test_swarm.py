@@ -10,7 +10,7 @@ import oracle
 from kinverse.conformance import check_solver
 from kinverse.errors import InputError
 from kinverse.optimizers import DifferentialEvolution, ParticleSwarm
-from kinverse.solvers.pose_objective import NORMS, ORIENTATION_ERRORS, search_box
+from kinverse.solvers.population.objective import NORMS, ORIENTATION_ERRORS, search_box
 from kinverse.task import TASKS
 
 ROBOTS = ("puma560", "kr16", "pioneer2", "panda", "adept_one")

@@ -14,9 +14,14 @@ from kinverse.optimizers._base import whole_number
 from kinverse.ranking import turning
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of, _seeds
-from kinverse.solvers.polish import Polish
-from kinverse.solvers.population_search import PopulationSearch
-from kinverse.solvers.pose_objective import NORMS, ORIENTATION_ERRORS, PoseObjective, search_box
+from kinverse.solvers.population.objective import (
+    NORMS,
+    ORIENTATION_ERRORS,
+    PoseObjective,
+    search_box,
+)
+from kinverse.solvers.population.polish import Polish
+from kinverse.solvers.population.search import PopulationSearch
 from kinverse.task import as_task
 
 __all__ = ["Swarm"]

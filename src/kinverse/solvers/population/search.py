@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from kinverse.optimizers import History, Optimizer, Run
 from kinverse.optimizers.streams import Streams
 from kinverse.solvers._base import Proposal
-from kinverse.solvers.polish import Polish, apart, distinct
-from kinverse.solvers.pose_objective import PoseObjective
+from kinverse.solvers.population.objective import PoseObjective
+from kinverse.solvers.population.polish import Polish, apart, distinct
 
 __all__ = ["PopulationSearch"]
 

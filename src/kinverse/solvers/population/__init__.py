@@ -1,0 +1,1 @@
+"""What ``Swarm`` is made of: the objective, the searches, the descents from their members."""
