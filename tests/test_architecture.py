@@ -73,6 +73,8 @@ BESIDE = {
 SOLVER_RANKS = {
     "_base": 0,
     "families": 0,
+    "polish": 0,
+    "bare": 0,
     "extension": 0.3,
     "held": 0.3,
     "parallel_arm": 0.3,

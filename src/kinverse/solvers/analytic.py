@@ -10,6 +10,7 @@ from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers.bare import BareArm, bare_arm
 from kinverse.solvers.extension import Extension, check_mobility, extended
 from kinverse.solvers.families import (
     ClosedFormSpec,
@@ -17,11 +18,11 @@ from kinverse.solvers.families import (
     check_own_joints,
     closed_form_spec,
 )
-from kinverse.solvers.held import HeldJoint
+from kinverse.solvers.held import HeldJoint, end_removed
 from kinverse.solvers.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
 from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
 from kinverse.status import Status
-from kinverse.table import PER_INTERVAL, TableLike
+from kinverse.table import PER_INTERVAL, TableLike, replaced
 
 if TYPE_CHECKING:
     from kinverse.solutions import Solutions
@@ -33,6 +34,10 @@ Array = NDArray[np.float64]
 EXACT = 1e-9
 """Error [rad, and m for arms up to a metre] that rounding explains: a branch with more only just
 misses the pose, and counts only if the pose has no exact branch."""
+
+
+DIGITS = 0.01
+"""Rounding of far bases and tools, in tolerances, up to which what misses a tolerance misses it."""
 
 
 class Analytic(Solver):
@@ -89,10 +94,16 @@ class Analytic(Solver):
     """
 
     spec_: ClosedFormSpec
+    bare_: BareArm | None
+    inner_: "Analytic | None"
+    rounding_: float
+    deviation_: float
     redundancy_: int | str | None
     redundant_form_: RedundantForm | None
     extension_: Extension | None
     parallel_arm_: ParallelArm | None
+
+    _held: HeldJoint | None
 
     def __init__(
         self,
@@ -113,12 +124,20 @@ class Analytic(Solver):
 
     def _fit(self, robot: Robot) -> None:
         task = self.settings_.task
+        self.bare_ = self.inner_ = None
+        self.rounding_ = 0.0
         self.redundancy_ = self.redundant_form_ = self.extension_ = self.parallel_arm_ = None
+        self.deviation_ = 0.0
         check_own_joints(robot)
+        bare = bare_arm(robot, task)
+        if bare is not None:
+            self._fit_bare(bare)
+            return
         if robot.dof == 7 and task == "pose":
             form = self.redundant_form_ = redundant_form(robot, self.redundancy)
             self.redundancy_ = form.redundancy
             self.branch_labels_ = form.branch_labels
+            self.deviation_ = _deviation(robot, form)
             return
         if self.redundancy is not None:
             raise InputError(
@@ -129,6 +148,7 @@ class Analytic(Solver):
             self.parallel_arm_ = parallel_arm(robot, task)
             check_mobility(robot, task)
             self.branch_labels_ = self.parallel_arm_.branch_labels
+            self.deviation_ = self.parallel_arm_.deviation
             return
         try:
             if task != "pose":
@@ -142,8 +162,37 @@ class Analytic(Solver):
             if self.spec_.family is not Family.GENERAL_6R:  # nothing is missed
                 self.extension_ = replace(self.extension_, turns=self.extension_.turns[:1])
         self.branch_labels_ = self.spec_.branch_labels
+        if self.spec_.family is not Family.GENERAL_6R:
+            solved = robot if self.extension_ is None else self.extension_.robot
+            self.deviation_ = self.spec_.deviation(solved)
+
+    def _fit_bare(self, bare: BareArm) -> None:
+        """Learn the arm without its far base and tool, and what the digits of these leave."""
+        settings = self.settings_
+        tolerances = float(settings.tol_position), float(settings.tol_rotation)
+        if bare.shows(*tolerances):
+            tolerances = bare.tolerances(*tolerances)
+        inner = Analytic(
+            task=settings.task,
+            redundancy=self.redundancy,
+            tol_position=tolerances[0],
+            tol_rotation=tolerances[1],
+            windings=settings.windings,
+            limits=settings.limits,
+        ).fit(bare.robot)
+        inner.rounding_ = bare.rounding
+        inner._rebind()
+        self.bare_, self.inner_, self.rounding_ = bare, inner, bare.rounding
+        self.branch_labels_, self.redundancy_ = inner.branch_labels_, inner.redundancy_
+        self.redundant_form_, self.extension_ = inner.redundant_form_, inner.extension_
+        self.parallel_arm_, self.deviation_ = inner.parallel_arm_, inner.deviation_
+        if hasattr(inner, "spec_"):
+            self.spec_ = inner.spec_
 
     def _bind(self) -> None:
+        self._held = None
+        if self.inner_ is not None:
+            return
         if self.redundant_form_ is not None:
             self._bind_redundant(self.redundant_form_)
             return
@@ -158,27 +207,32 @@ class Analytic(Solver):
             self._exact,
         )
         self._form: Any
-        self._other: Any = None
+        self._other: tuple[Any, int] | None = None
+        self._roots = 0
         if spec.family is Family.GENERAL_6R:
             self._form = kernels.GeneralForm(robot.chain, *tolerances)
+            if extension is not None and extension.arm is not None:
+                self._roots = extension.most_roots(self._form)
         else:
             self._form = self._special_form(robot, tolerances)
         if settings.windings == "nearest" and extension is None:
             self._fused = self._form.solve
 
-    def _other_form(self) -> Any:
-        """The form of the extension's other arm, made when it is first asked."""
+    def _other_form(self) -> tuple[Any, int]:
+        """The form of the extension's other arm and its most roots, when it is first asked."""
         if self._other is None:
             assert self.extension_ is not None and self.extension_.other is not None
-            settings = self.settings_
+            other, settings = self.extension_.other, self.settings_
             tolerances = float(settings.tol_position), float(settings.tol_rotation)
-            chain = self.extension_.other.robot.chain
-            self._other = kernels.GeneralForm(chain, *tolerances, True, self._exact)
+            form = kernels.GeneralForm(other.robot.chain, *tolerances, True, self._exact)
+            self._other = form, other.most_roots(form)
         return self._other
 
     @property
     def _exact(self) -> float:
-        return EXACT * max(1.0, (self.parallel_arm_ or self.spec_).size)
+        # a family whose equations are a little off the arm has no branch with less error than that
+        form = self.parallel_arm_ or self.spec_
+        return max(EXACT * max(1.0, form.size), self.deviation_) + self.rounding_
 
     def _special_form(self, robot: Robot, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
@@ -196,14 +250,13 @@ class Analytic(Solver):
             links.sign,
             links.offset,
             *tolerances,
-            spec.deviation(robot),
+            self.deviation_,
         )
 
     def _bind_redundant(self, form: RedundantForm) -> None:
         robot, settings, spec = self.robot_, self.settings_, form.spec
         ignore = settings.limits == "ignore"
         low, high, is_round = _range(robot, form, ignore)
-        self._held: HeldJoint | None = None
         if spec is None or form.parameter is None:
             joint = int(form.redundancy)
             make = Analytic(
@@ -237,7 +290,7 @@ class Analytic(Solver):
             float(settings.tol_position),
             float(settings.tol_rotation),
             ignore,
-            EXACT * max(1.0, spec.size),
+            max(EXACT * max(1.0, spec.size), self.deviation_) + self.rounding_,
         )
         if settings.windings == "nearest":
             self._fused = self._form.solve
@@ -259,7 +312,8 @@ class Analytic(Solver):
             ``Solutions`` of length N, or K.
 
         Raises:
-            InputError: not fitted, no free parameter, or a value outside the joint's limits.
+            InputError: not fitted, no free parameter, a value outside the joint's limits, or
+                beyond 1e6.
 
         Example:
             >>> solver = kv.Analytic().fit(kv.load("iiwa14"))
@@ -268,7 +322,8 @@ class Analytic(Solver):
         form = self._redundant("solve_at")
         values = self._checked_values(form, value)
         # one native call where T and seed are plain arrays; else they are checked and brought there
-        if self._held is None and getattr(T, "shape", ()) == (len(values), 4, 4):
+        is_native = self._held is None and self.inner_ is None
+        if is_native and getattr(T, "shape", ()) == (len(values), 4, 4):
             table = self._form.solve_at(T, values, q_seed)
             if table is not None and self.settings_.windings == "nearest":
                 return self._solutions(table)
@@ -283,7 +338,10 @@ class Analytic(Solver):
         near = None
         if q_seed is not None:
             near = se3.as_joints(q_seed, self.robot_.dof, "q_seed", count=count)
-        if self._held is not None:
+        if self.inner_ is not None and self.bare_ is not None:
+            inner = self.inner_.solve_at(self.bare_.target(poses), values, near)
+            proposal = self._inner_proposal(poses, _proposal(inner._table))
+        elif self._held is not None:
             proposal = self._held.propose_at(poses, values, near)
         else:
             table = self._form.solve_at(poses, values, near)
@@ -299,6 +357,10 @@ class Analytic(Solver):
                 f"value must be finite and of shape () or (N,), got {values.shape}"
                 if values.ndim > 1
                 else "value must be finite"
+            )
+        if np.abs(values).max(initial=0.0) > se3.MOST_SEED:
+            raise InputError(
+                f"value must lie within +-{se3.MOST_SEED:g}, got {np.abs(values).max():g}"
             )
         values = np.ascontiguousarray(values.reshape(-1))
         if form.redundancy != ARM_ANGLE and self.settings_.limits == "hold":
@@ -331,7 +393,8 @@ class Analytic(Solver):
         form = self._redundant("redundancy_at")
         q = se3.as_joints(q, self.robot_.dof)
         if form.redundancy == ARM_ANGLE:
-            return arm_angle(self.robot_, form, q.reshape(-1, 7)).reshape(q.shape[:-1])
+            robot = self.robot_ if self.bare_ is None else self.bare_.robot
+            return arm_angle(robot, form, q.reshape(-1, 7)).reshape(q.shape[:-1])
         return np.array(q[..., int(form.redundancy)])
 
     def _redundant(self, method: str) -> RedundantForm:
@@ -344,7 +407,31 @@ class Analytic(Solver):
             )
         return self.redundant_form_
 
+    def _verified(self, T: Array, proposal: Proposal, q_seed: Array | None) -> TableLike:
+        table = super()._verified(T, proposal, q_seed)
+        # where solutions may be missing, one of them may lie inside the limits
+        doubtful = table.evidence["weak"] & (self.extension_ is not None)
+        # nor where their errors are those of the digits they are measured in
+        if self.rounding_ > DIGITS * self.settings_.tol_position:
+            doubtful = np.ones(len(T), np.bool_)
+        doubtful = doubtful & (table.status == Status.OUT_OF_LIMITS)
+        if not doubtful.any():
+            return table
+        return replaced(table, status=np.where(doubtful, np.uint8(Status.NOT_FOUND), table.status))
+
+    def _inner_proposal(self, T: Array, proposal: Proposal) -> Proposal:
+        """What the bare arm proposes, as a proposal of the arm with its far base and tool."""
+        assert self.bare_ is not None
+        settings = self.settings_
+        hint = proposal.hint
+        if not self.bare_.shows(float(settings.tol_position), float(settings.tol_rotation)):
+            hint = None
+        return replace(proposal, hint=hint, exact=proposal.exact + 2.0 * self.rounding_)
+
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
+        if self.inner_ is not None and self.bare_ is not None:
+            proposal = self.inner_._propose(self.bare_.target(T), q_seed, seed)
+            return self._inner_proposal(T, proposal)
         if self.redundant_form_ is not None:
             if self._held is not None:
                 return self._held.propose(T, q_seed)
@@ -353,7 +440,11 @@ class Analytic(Solver):
             tolerances = self.settings_.tol_position, self.settings_.tol_rotation
             return self.parallel_arm_.propose(T, q_seed, *tolerances, self._exact)
         if self.extension_ is not None:
-            return self.extension_.propose(self._form, self._other_form, T, self._exact)
+            settings = self.settings_
+            tolerances = float(settings.tol_position), float(settings.tol_rotation)
+            return self.extension_.propose(
+                (self._form, self._roots), self._other_form, T, q_seed, tolerances, self._exact
+            )
         q, pose_index, branch, hint, singular, evidence = self._form.propose(T, q_seed)
         return Proposal(
             q=q,
@@ -371,6 +462,15 @@ def _rows(spec: ClosedFormSpec) -> Array:
     links = spec.links
     alpha = np.arctan2(links.sin_alpha, links.cos_alpha)
     return np.column_stack([links.a, links.d, alpha, links.cos_alpha, links.sin_alpha])
+
+
+def _deviation(robot: Robot, form: RedundantForm) -> float:
+    """How far the equations of an arm with seven joints may be from the arm [m, rad]."""
+    if form.spec is None or form.parameter is None:
+        return 0.0
+    if form.redundancy == ARM_ANGLE:
+        return form.spec.deviation(robot)
+    return form.spec.deviation(end_removed(robot, int(form.redundancy)))
 
 
 def _range(robot: Robot, form: RedundantForm, ignore: bool) -> tuple[float, float, bool]:
