@@ -78,6 +78,7 @@ SOLVER_RANKS = {
     "extension": 0.3,
     "held": 0.3,
     "parallel_arm": 0.3,
+    "numerical": 0.3,
     "redundant": 0.6,
     "compose": 2,
     "registry": 3,

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import LIMIT_SLACK, Robot
-from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers._base import Proposal, Solver, _seeds
 from kinverse.solvers.bare import BareArm, bare_arm
 from kinverse.solvers.extension import Extension, check_mobility, extended
 from kinverse.solvers.families import (
@@ -19,10 +19,18 @@ from kinverse.solvers.families import (
     closed_form_spec,
 )
 from kinverse.solvers.held import HeldJoint, end_removed
+from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
 from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
 from kinverse.status import Status
-from kinverse.table import PER_INTERVAL, TableLike, replaced
+from kinverse.table import (
+    PER_INTERVAL,
+    TableLike,
+    has_not_found,
+    merged,
+    replaced,
+    without,
+)
 
 if TYPE_CHECKING:
     from kinverse.solutions import Solutions
@@ -38,6 +46,16 @@ misses the pose, and counts only if the pose has no exact branch."""
 
 DIGITS = 0.01
 """Rounding of far bases and tools, in tolerances, up to which what misses a tolerance misses it."""
+
+
+SEARCHES = 60
+"""Starts of the search for a pose where a sweep found nothing: about as long as the sweep."""
+
+FINE = 1e-9
+"""Its tolerances [m, rad]: ranges of the free parameter may be narrow."""
+
+CLOSE = 0.02
+"""How far about its end the sweep looks again [rad]."""
 
 
 class Analytic(Solver):
@@ -104,6 +122,7 @@ class Analytic(Solver):
     parallel_arm_: ParallelArm | None
 
     _held: HeldJoint | None
+    _numerical: Numerical | None
 
     def __init__(
         self,
@@ -190,7 +209,7 @@ class Analytic(Solver):
             self.spec_ = inner.spec_
 
     def _bind(self) -> None:
-        self._held = None
+        self._held = self._numerical = None
         if self.inner_ is not None:
             return
         if self.redundant_form_ is not None:
@@ -266,8 +285,17 @@ class Analytic(Solver):
             )
             self._held = HeldJoint(robot, joint, (low, high), make, form.lasting)
             return
-        links, first = spec.links, form.redundancy == 0
-        self._form = kernels.Redundant(
+        self._form = self._redundant_kernel(low, high, is_round)
+        if settings.windings == "nearest":
+            self._fused = self._swept
+
+    def _redundant_kernel(self, low: float, high: float, is_round: bool) -> Any:
+        """The native form that sweeps the free parameter from low to high."""
+        robot, settings, form = self.robot_, self.settings_, self.redundant_form_
+        assert form is not None and form.spec is not None and form.parameter is not None
+        spec, first = form.spec, form.redundancy == 0
+        links = spec.links
+        return kernels.Redundant(
             robot.chain,
             form.parameter,
             int(spec.family),
@@ -289,11 +317,89 @@ class Analytic(Solver):
             is_round,
             float(settings.tol_position),
             float(settings.tol_rotation),
-            ignore,
+            settings.limits == "ignore",
             max(EXACT * max(1.0, spec.size), self.deviation_) + self.rounding_,
         )
-        if settings.windings == "nearest":
-            self._fused = self._form.solve
+
+    def _swept(self, T: Any, q_seed: Any, seed: int) -> TableLike | None:
+        table: TableLike | None = self._form.solve(T, q_seed, seed)
+        if table is None or not has_not_found(table):
+            return table
+        poses = se3.as_poses(T)
+        return self._searched(table, poses, _seeds(q_seed, self.robot_.dof, len(poses)), seed)
+
+    def _answer(self, T: Array, q_seed: Array | None, seed: int) -> TableLike:
+        table = super()._answer(T, q_seed, seed)
+        if self.redundant_form_ is None or self._fused is not None or not has_not_found(table):
+            return table
+        return self._searched(table, T, q_seed, seed)
+
+    def _searched(self, table: TableLike, T: Array, q_seed: Array | None, seed: int) -> TableLike:
+        """A sweep's table with what a numerical search finds for poses where it found nothing.
+
+        A range narrower than the sweep's step is met where a search ends: there the sweep looks
+        again, closely, or the range is the one value.
+        """
+        open_ = np.flatnonzero(table.status == Status.NOT_FOUND)
+        found = self._searcher().solve(np.ascontiguousarray(T[open_]), rng=0)
+        parts: list[tuple[TableLike, NDArray[np.int64]]] = []
+        for k in np.flatnonzero(found.ok):
+            i = open_[k]
+            one, near = T[i : i + 1], None if q_seed is None else q_seed[i : i + 1]
+            value = float(self.redundancy_at(found[int(k)].q[0]))
+            part = self._at_value(one, near, value, seed)
+            if part is not None:
+                parts.append((part, np.array([i])))
+        if not parts:
+            return table
+        rest = without(table, np.concatenate([where for _, where in parts]))
+        return merged([rest, *parts], len(T))
+
+    def _at_value(
+        self, T: Array, q_seed: Array | None, value: float, seed: int
+    ) -> TableLike | None:
+        """The table of one pose, swept about a value of the free parameter."""
+        is_native = self._held is None and self.inner_ is None
+        if is_native and self._fused is not None:
+            assert self.redundant_form_ is not None
+            low, high, is_round = _range(
+                self.robot_, self.redundant_form_, self.settings_.limits == "ignore"
+            )
+            a, b = value - CLOSE, value + CLOSE
+            if not is_round:
+                a, b = max(a, low), min(b, high)
+            table: TableLike = self._redundant_kernel(a, b, False).solve(T, q_seed, seed)
+            if table.status[0] == Status.SOLVED:
+                turns = 2.0 * np.pi * np.floor((table.interval_low - low) / (2.0 * np.pi))
+                turns = turns if is_round else 0.0 * turns
+                return replaced(
+                    table,
+                    interval_low=table.interval_low - turns,
+                    interval_high=table.interval_high - turns,
+                )
+        table = self.solve_at(T, value, q_seed)._table
+        if table.status[0] != Status.SOLVED:
+            return None
+        count = len(table.q)
+        return replaced(
+            table,
+            interval_pose=np.zeros(count, np.int64),
+            interval_branch=table.branch.copy(),
+            interval_low=np.full(count, value),
+            interval_high=np.full(count, value),
+        )
+
+    def _searcher(self) -> Numerical:
+        """The search that looks where a sweep found nothing."""
+        if self._numerical is None:
+            settings = self.settings_
+            self._numerical = Numerical(
+                tol_position=min(FINE, settings.tol_position),
+                tol_rotation=min(FINE, settings.tol_rotation),
+                limits=settings.limits,
+                max_starts=SEARCHES,
+            ).fit(self.robot_)
+        return self._numerical
 
     def solve_at(
         self, T: ArrayLike, value: ArrayLike, q_seed: ArrayLike | None = None
