@@ -249,3 +249,30 @@ def test_members_of_continua_are_found_alike_alone_and_in_a_batch():
     s = solver.solve(T)
     for i in range(0, 20, 7):
         assert np.array_equal(solver.solve(T[i]).q, s[i].q)
+
+
+def short_arm(seed):
+    """One to five joints as they are built: right angles, zero lengths, slides side by side."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 6))
+    kinds = "".join(rng.choice(["R", "P"], n, p=[0.6, 0.4]))
+    alpha = rng.choice([0, HALF, -HALF, np.pi, 1.1, 2.3], n)
+    a, d = (rng.choice([0, 0.3, 1], n) * rng.uniform(0.5, 1.5, n) for _ in range(2))
+    limits = [(-np.pi, np.pi) if kind == "R" else (-1, 1) for kind in kinds]
+    return kv.Robot.from_dh(a, d, alpha, rng.choice([0, HALF, 0.7], n), kinds, limits=limits)
+
+
+@pytest.mark.parametrize("first", range(0, 120, 20))
+def test_no_reachable_pose_of_any_short_arm_is_denied(first):
+    solved = []
+    for seed in range(first, first + 20):
+        robot = short_arm(seed)
+        rng = np.random.default_rng(seed)
+        q = robot.random(60, rng=rng)
+        turns = np.array([kind == "R" for kind in robot.kinds])
+        special = turns & (rng.random(q.shape) < 0.2)
+        q = np.where(special, rng.choice([0, HALF, -HALF, 1e-3], q.shape), q)
+        s = Analytic().fit(robot).solve(robot.fk(q))
+        assert np.isin(s.status, (kv.Status.SOLVED, kv.Status.NOT_FOUND)).all()
+        solved.append(s.ok.mean())
+    assert np.mean(solved) > 0.99

@@ -66,9 +66,10 @@ class Analytic(Solver):
     (Universal Robots), the 5R arms that lack one axis of these, planar 3R arms and SCARA arms; no
     two axes need be perpendicular. Every other chain of six joints, prismatic ones included, by
     elimination (Raghavan & Roth 1993), and chains of one to five with virtual joints that must
-    stand still. The tasks "planar" and "schoenflies" take arms whose turning axes are all
-    parallel, with slides anywhere among them. Sources: Pieper (1968); thesis of Jha (2015),
-    chapter 4, with the corrections of the project's errata.
+    stand still, polished on the chain itself; where their joints repeat each other they are given
+    members of the continuum, and no proof. The tasks "planar" and "schoenflies" take arms whose
+    turning axes are all parallel, with slides anywhere among them. Sources: Pieper (1968);
+    thesis of Jha (2015), chapter 4, with the corrections of the project's errata.
 
     A pose that meets a continuum of solutions (a singular pose) gets, per branch, the member that
     lies inside the limits and nearest to ``q_seed`` (else to their middle), to about 1e-3 rad;
@@ -81,12 +82,12 @@ class Analytic(Solver):
     plane of axis 1 and that line, on the side axis 1 points to). ``solve_at`` gives every branch at
     a value of it; ``solve`` sweeps it and returns every range in which a branch exists inside the
     limits (``intervals``), with the solution in its middle, or the nearest to ``q_seed``. The sweep
-    is a search: ranges narrower than its step are found where the limit violation descends to
-    them. A pose without any is UNREACHABLE where interval arithmetic shows it, OUT_OF_LIMITS where
-    the sweep finds solutions and all miss the limits by more than 0.02 rad, else NOT_FOUND.
-    Holding an inner joint leaves another arm for each value, made when the value is met: a
-    thousand times slower; its sweep, and that of an end joint before a general arm, looks at 64
-    values, bisects to 1e-6 rad and does not descend to narrower ranges.
+    is a search: ranges narrower than its step are found where the limit violation, or a numerical
+    search, descends to them. A pose without any is UNREACHABLE where interval arithmetic shows it,
+    OUT_OF_LIMITS where the sweep finds solutions and all miss the limits by more than 0.02 rad,
+    else NOT_FOUND. Holding an inner joint leaves another arm for each value, made when the value is
+    met: a thousand times slower; its sweep, and that of an end joint before a general arm, looks at
+    64 values and bisects to 1e-6 rad.
 
     Args:
         task: "pose"; "position" with three joints, "position_axis" with five; "planar" with three

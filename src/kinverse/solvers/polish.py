@@ -22,6 +22,9 @@ MOVES = 1e-7
 ROUNDS = 12
 """Steps at most: from a thousandth off to the last digit takes four."""
 
+HOPELESS = 1e6
+"""Errors [sizes or rad] from which no step leads back."""
+
 MEMBER_ROUNDS = 40
 """Steps along a continuum."""
 
@@ -78,8 +81,10 @@ class Polish:
         for _ in range(ROUNDS):
             J = self.jacobian(here[rows]) * weight[:, None]
             Jt = np.swapaxes(J, 1, 2)
-            damping = 1e-3 * (e * e).sum(axis=1) + 1e-13
-            H = Jt @ J + damping[:, None, None] * eye
+            H = Jt @ J
+            # enough for a solvable system where joints repeat each other
+            damping = 1e-3 * (e * e).sum(axis=1) + 1e-13 * (1.0 + np.trace(H, axis1=1, axis2=2))
+            H = H + damping[:, None, None] * eye
             step = np.linalg.solve(H, Jt @ e[:, :, None])[:, :, 0]
             here[rows] += step * self.unit
             e = self.residual(T[rows], here[rows]) * weight
@@ -87,7 +92,7 @@ class Polish:
             is_better = error < least[rows]
             better = rows[is_better]
             best[better], least[better] = here[better], error[is_better]
-            moves = np.abs(step).max(axis=1) > 1e-13
+            moves = (np.abs(step).max(axis=1) > 1e-13) & (error < HOPELESS)
             rows, e = rows[moves], e[moves]
             if not len(rows):
                 break
