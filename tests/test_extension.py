@@ -126,3 +126,153 @@ def test_tasks_that_do_not_close_the_system_are_refused():
         with pytest.raises(kv.NoClosedForm, match="close the system"):
             Analytic(task=task).fit(kv.load(name))
         assert kv.solve(kv.load(name), kv.load(name).fk(kv.load(name).random()), task=task).ok.all()
+
+
+HALF = np.pi / 2
+CONTINUA = {
+    "two slides on a line": ([0.1, 0.2, 0.1], 0, [0, 1.2, 0.3], "PPR", 0.2),
+    "slides on a line": (0, 0, 0, "PP", 0.5),
+    "two turns on a line": ([0, 0.3, 0.2], [0.1, 0.1, 0], [0, 1, 0], "RRR", 1.0),
+    "a slide between": ([0.2, 0.1, 0.3, 0.2], 0, [0, 1.0, -1.0, 0.4], "RPRR", 0.7),
+    "apart by turns": ([0, 0, 0.3, 0.2], [0.1, 0.2, 0, 0.1], [0, 0, 1.1, 0.3], "RRPP", 0.6),
+}
+
+
+def continuum(name):
+    a, d, alpha, kinds, bound = CONTINUA[name]
+    limits = [(-bound, bound)] * len(kinds)
+    return kv.Robot.from_dh(a, d, alpha, joints=kinds, limits=limits)
+
+
+@pytest.mark.parametrize("name", CONTINUA)
+def test_joints_that_repeat_each_other_deny_no_pose(name):
+    """Roots of a continuum mean nothing: members inside the limits, flagged, and no proof."""
+    robot = continuum(name)
+    q = robot.random(200, rng=1)
+    s = kv.solve(robot, robot.fk(q))
+    assert s.ok.all()
+    s = Analytic().fit(robot).solve(robot.fk(q))
+    assert not np.isin(s.status, (kv.Status.UNREACHABLE, kv.Status.OUT_OF_LIMITS)).any()
+    assert s.ok.mean() > 0.98
+    if len(robot.kinds) < 4:
+        assert s.stats.singular.all()
+        near = Analytic().fit(robot).solve(robot.fk(q), q_seed=q)
+        assert near.ok.all()
+        assert np.abs(near.nearest(q) - q).max() < 1e-6
+
+
+def off(T, by, rng):
+    """Poses moved by a length in a random direction."""
+    T = T.copy()
+    way = rng.normal(size=(len(T), 3))
+    T[:, :3, 3] += by * way / np.linalg.norm(way, axis=1, keepdims=True)
+    return T
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_pose_within_the_tolerances_is_solved_and_never_denied(name):
+    robot = SHORT[name]()
+    rng = np.random.default_rng(9)
+    q = robot.random(300, rng=1)
+    turns = np.array([kind == "R" for kind in robot.kinds])
+    special = turns & (rng.random(q.shape) < 0.3) & (rng.random((300, 1)) < 0.5)
+    q = np.where(special, rng.choice([0, HALF, -HALF, 1e-3], q.shape), q)
+    T = robot.fk(np.clip(q, *robot.limits.T))
+    solver = Analytic(limits="ignore").fit(robot)
+    for by, share in ((0.0, 1.0), (3e-7, 1.0), (9.5e-7, 0.95)):
+        s = solver.solve(off(T, by, rng))
+        assert s.ok.mean() >= share
+        assert not (s.status == kv.Status.UNREACHABLE).any()
+    assert solver.solve(np.round(T, 7)).ok.mean() > 0.97
+
+
+@pytest.mark.parametrize("name", ["RR", "RRR", "planar2r", "elbow", "spherical", "RRP"])
+def test_a_millimetre_off_the_reach_of_a_short_arm_is_shown(name):
+    robot = SHORT[name]()
+    T = off(robot.fk(robot.random(100, rng=1)), 1e-3, np.random.default_rng(3))
+    s = Analytic(limits="ignore").fit(robot).solve(T)
+    assert (s.status == kv.Status.UNREACHABLE).mean() > 0.7
+    shown = np.flatnonzero(s.status == kv.Status.UNREACHABLE)[:20]
+    searched = kv.Numerical(limits="ignore", max_starts=40).fit(robot).solve(T[shown])
+    assert not searched.ok.any()
+
+
+def test_what_the_joints_do_not_move_shows_that_a_pose_is_out_of_reach():
+    tilted = kv.pose([0, 0, 0], rpy=[0.1, 0.2, 0.3])
+    for name in ("cartesian", "PP", "planar2r"):
+        robot = SHORT[name]()
+        T = robot.fk(robot.random(50, rng=1)) @ tilted
+        s = Analytic().fit(robot).solve(T)
+        assert (s.status == kv.Status.UNREACHABLE).all()
+        assert set(s.stats.evidence.method) == {"bounds"}
+
+
+ALMOST_SHORT = {
+    "5R": ([0, 0.4, 0.3, 0, 0], [0.3, 0, 0, 0, 0.2], [HALF, 0, 0, HALF, 0], "RRRRR", 4),
+    "SCARA": ([0.4, 0.3, 0, 0], [0.3, 0, 0, 0.1], [0, np.pi, 0, 0], "RRPR", 2),
+    "planar": ([0.4, 0.3, 0.2], [0, 0, 0], [0, 0, 0], "RRR", 2),
+    "lift": ([0, 0], [0, 0], [0, 0], "RP", 1),
+}
+
+
+@pytest.mark.parametrize("off_by", [1e-12, 1e-10, 1e-9, 3e-9, 2e-8])
+@pytest.mark.parametrize("name", ALMOST_SHORT)
+def test_an_almost_special_short_arm_loses_no_branch(name, off_by):
+    a, d, alpha, kinds, branches = ALMOST_SHORT[name]
+    rng = np.random.default_rng(7)
+    a, d, alpha = (
+        np.array(row, float) + off_by * rng.normal(size=len(row)) for row in (a, d, alpha)
+    )
+    limits = [(-3.1, 3.1) if kind == "R" else (-1, 1) for kind in kinds]
+    robot = kv.Robot.from_dh(a, d, alpha, joints=kinds, limits=limits)
+    q = robot.random(200, rng=2)
+    s = Analytic(limits="ignore").fit(robot).solve(robot.fk(q))
+    near = np.abs(wrapped(robot, s.q - q[s.pose_index])).max(axis=1) < 1e-5
+    assert len(set(s.pose_index[near])) >= 199
+    assert s.count.mean() > branches - 0.02
+
+
+@pytest.mark.parametrize("name", ["RRRRR", "elbow", "PRRRR"])
+def test_a_pose_is_polished_alike_alone_and_in_a_batch(name):
+    robot = SHORT[name]()
+    T = off(robot.fk(robot.random(40, rng=1)), 3e-7, np.random.default_rng(3))
+    solver = Analytic(limits="ignore").fit(robot)
+    s = solver.solve(T)
+    for i in range(0, 40, 7):
+        assert np.array_equal(solver.solve(T[i]).q, s[i].q)
+
+
+def test_members_of_continua_are_found_alike_alone_and_in_a_batch():
+    robot = continuum("two turns on a line")
+    T = robot.fk(robot.random(20, rng=1))
+    solver = Analytic().fit(robot)
+    s = solver.solve(T)
+    for i in range(0, 20, 7):
+        assert np.array_equal(solver.solve(T[i]).q, s[i].q)
+
+
+def short_arm(seed):
+    """One to five joints as they are built: right angles, zero lengths, slides side by side."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 6))
+    kinds = "".join(rng.choice(["R", "P"], n, p=[0.6, 0.4]))
+    alpha = rng.choice([0, HALF, -HALF, np.pi, 1.1, 2.3], n)
+    a, d = (rng.choice([0, 0.3, 1], n) * rng.uniform(0.5, 1.5, n) for _ in range(2))
+    limits = [(-np.pi, np.pi) if kind == "R" else (-1, 1) for kind in kinds]
+    return kv.Robot.from_dh(a, d, alpha, rng.choice([0, HALF, 0.7], n), kinds, limits=limits)
+
+
+@pytest.mark.parametrize("first", range(0, 120, 20))
+def test_no_reachable_pose_of_any_short_arm_is_denied(first):
+    solved = []
+    for seed in range(first, first + 20):
+        robot = short_arm(seed)
+        rng = np.random.default_rng(seed)
+        q = robot.random(60, rng=rng)
+        turns = np.array([kind == "R" for kind in robot.kinds])
+        special = turns & (rng.random(q.shape) < 0.2)
+        q = np.where(special, rng.choice([0, HALF, -HALF, 1e-3], q.shape), q)
+        s = Analytic().fit(robot).solve(robot.fk(q))
+        assert np.isin(s.status, (kv.Status.SOLVED, kv.Status.NOT_FOUND)).all()
+        solved.append(s.ok.mean())
+    assert np.mean(solved) > 0.99

@@ -560,3 +560,52 @@ def test_degenerate_arms_are_refused_or_solved():
         size = max(1.0, sum(d))
         for row, i in zip(s.q, s.pose_index, strict=True):
             assert np.linalg.norm(oracle.robot_fk(robot, row) - T[i]) < 1e-5 * size
+
+
+@pytest.mark.parametrize("offset", [1e-9, 3e-9, 2e-8])
+def test_an_almost_special_arm_loses_no_branch(offset):
+    """Axes that just miss each other: a branch that is off by so much is a branch all the same."""
+    exact = kv.load("iiwa14")
+    frames = np.array(exact.frames)
+    frames[2, 0, 3] += offset
+    frames[6, 1, 3] += 3 * offset
+    robot = kv.Robot(frames, exact.kinds, exact.limits)
+    q = robot.random(100, rng=1)
+    T = robot.fk(q)
+    solvers = [Analytic(limits="ignore").fit(arm) for arm in (robot, exact)]
+    s, whole = (solver.solve_at(T, solver.redundancy_at(q)) for solver in solvers)
+    assert s.count.mean() > whole.count.mean() - 0.05
+    assert max(s.position_error.max(), s.rotation_error.max()) < 1e-7
+
+
+@pytest.mark.parametrize(("name", "half", "count"), [("panda", 0.05, 400), ("iiwa14", 1e-4, 100)])
+def test_a_range_too_narrow_for_a_sweep_is_found_by_a_search(name, half, count):
+    robot = kv.load(name)
+    rng = np.random.default_rng(0)
+    for _ in range(count):
+        q = robot.random(rng=rng)
+        low = np.maximum(robot.limits[:, 0], q - half * rng.random(7))
+        high = np.minimum(robot.limits[:, 1], q + half * rng.random(7))
+        boxed = robot.with_limits(np.column_stack([low, high]))
+        solver = Analytic().fit(boxed)
+        s = solver.solve(robot.fk(q))
+        assert s.ok[0]
+        value = solver.redundancy_at(s.q)
+        ranges = s.intervals
+        inside = (value[:, None] >= ranges.low - 1e-9) & (value[:, None] <= ranges.high + 1e-9)
+        assert inside.any(axis=1).all()
+
+
+def test_a_search_beside_a_sweep_lists_windings_too():
+    robot = kv.load("iiwa14")
+    q = robot.random(rng=5)
+    boxed = robot.with_limits(np.column_stack([q - 1e-6, q + 1e-6]))
+    s = Analytic(windings="all").fit(boxed).solve(np.stack([robot.fk(q), robot.fk(-q)]))
+    assert s.status[0] == Status.SOLVED and s.status[1] != Status.SOLVED
+
+
+@pytest.mark.parametrize("value", [1e300, -2e6, [0.0, 1e12]])
+def test_values_whose_turns_cannot_be_told_apart_are_refused(value):
+    solver = Analytic(limits="ignore").fit(kv.load("iiwa14"))
+    with pytest.raises(kv.InputError, match="1e\\+06"):
+        solver.solve_at(kv.load("iiwa14").fk(np.full(7, 0.3)), value)

@@ -22,6 +22,7 @@ __all__ = [
     "plain_evidence",
     "replaced",
     "taken",
+    "without",
 ]
 
 Array = NDArray[np.float64]
@@ -187,6 +188,20 @@ def replaced(table: TableLike, **changes: NDArray[Any]) -> Table:
     """A copy of a table with some arrays exchanged; the others are shared."""
     names = PER_SOLUTION + PER_POSE + PER_INTERVAL
     return Table(**{name: changes.get(name, getattr(table, name)) for name in names})
+
+
+def without(table: TableLike, poses: Ints) -> tuple[Table, Ints]:
+    """A table without some poses that have neither solutions nor intervals; and which are left."""
+    is_left = np.ones(len(table.status), dtype=np.bool_)
+    is_left[poses] = False
+    number = np.cumsum(is_left) - 1
+    rest = replaced(
+        table,
+        pose_index=number[table.pose_index],
+        interval_pose=number[table.interval_pose],
+        **{name: getattr(table, name)[is_left] for name in PER_POSE},
+    )
+    return rest, np.flatnonzero(is_left)
 
 
 def taken(table: TableLike, start: int, stop: int) -> Table:

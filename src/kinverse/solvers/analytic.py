@@ -10,7 +10,8 @@ from kinverse import kernels, se3
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.geometry import axis_lines
 from kinverse.robot import LIMIT_SLACK, Robot
-from kinverse.solvers._base import Proposal, Solver
+from kinverse.solvers._base import Proposal, Solver, _seeds
+from kinverse.solvers.bare import BareArm, bare_arm
 from kinverse.solvers.decoupled import DecoupledForm
 from kinverse.solvers.extension import Extension, check_mobility, extended
 from kinverse.solvers.families import (
@@ -19,11 +20,19 @@ from kinverse.solvers.families import (
     check_own_joints,
     closed_form_spec,
 )
-from kinverse.solvers.held import HeldJoint
+from kinverse.solvers.held import HeldJoint, end_removed
+from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
 from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
 from kinverse.status import Status
-from kinverse.table import PER_INTERVAL, TableLike
+from kinverse.table import (
+    PER_INTERVAL,
+    TableLike,
+    has_not_found,
+    merged,
+    replaced,
+    without,
+)
 
 if TYPE_CHECKING:
     from kinverse.solutions import Solutions
@@ -37,6 +46,20 @@ EXACT = 1e-9
 misses the pose, and counts only if the pose has no exact branch."""
 
 
+DIGITS = 0.01
+"""Rounding of far bases and tools, in tolerances, up to which what misses a tolerance misses it."""
+
+
+SEARCHES = 60
+"""Starts of the search for a pose where a sweep found nothing: about as long as the sweep."""
+
+FINE = 1e-9
+"""Its tolerances [m, rad]: ranges of the free parameter may be narrow."""
+
+CLOSE = 0.02
+"""How far about its end the sweep looks again [rad]."""
+
+
 class Analytic(Solver):
     """Every branch in closed form, with labels, and the proof where there is none.
 
@@ -47,9 +70,10 @@ class Analytic(Solver):
     rotation first, then a linear system for the slides. Every other chain of six joints by
     elimination: with at most one slide after Raghavan & Roth (1993), with two along the spherical
     four-bar that the turning joints make. Chains of one to five joints with virtual ones that must
-    stand still. The tasks "planar" and "schoenflies" take arms whose turning axes are all
-    parallel, with slides anywhere among them. Sources: Pieper (1968); thesis of Jha (2015),
-    chapter 4, with the corrections of the project's errata.
+    stand still, polished on the chain itself; where their joints repeat each other they are given
+    members of the continuum, and no proof. The tasks "planar" and "schoenflies" take arms whose
+    turning axes are all parallel, with slides anywhere among them. Sources: Pieper (1968); thesis
+    of Jha (2015), chapter 4, with the corrections of the project's errata.
 
     A pose that meets a continuum of solutions (a singular pose) gets, per branch, the member that
     lies inside the limits and nearest to ``q_seed`` (else to their middle), to about 1e-3 rad;
@@ -64,12 +88,12 @@ class Analytic(Solver):
     plane of axis 1 and that line, on the side axis 1 points to). ``solve_at`` gives every branch at
     a value of it; ``solve`` sweeps it and returns every range in which a branch exists inside the
     limits (``intervals``), with the solution in its middle, or the nearest to ``q_seed``. The sweep
-    is a search: ranges narrower than its step are found where the limit violation descends to
-    them. A pose without any is UNREACHABLE where interval arithmetic shows it, OUT_OF_LIMITS where
-    the sweep finds solutions and all miss the limits by more than 0.02 rad, else NOT_FOUND.
-    Holding an inner joint leaves another arm for each value, made when the value is met: a
-    thousand times slower; its sweep, and that of an end joint before a general arm, looks at 64
-    values, bisects to 1e-6 rad and does not descend to narrower ranges.
+    is a search: ranges narrower than its step are found where the limit violation, or a numerical
+    search, descends to them. A pose without any is UNREACHABLE where interval arithmetic shows it,
+    OUT_OF_LIMITS where the sweep finds solutions and all miss the limits by more than 0.02 rad,
+    else NOT_FOUND. Holding an inner joint leaves another arm for each value, made when the value is
+    met: a thousand times slower; its sweep, and that of an end joint before a general arm, looks at
+    64 values and bisects to 1e-6 rad.
 
     Args:
         task: "pose"; "position" with three joints, "position_axis" with five; "planar" with three
@@ -95,10 +119,17 @@ class Analytic(Solver):
     """
 
     spec_: ClosedFormSpec
+    bare_: BareArm | None
+    inner_: "Analytic | None"
+    rounding_: float
+    deviation_: float
     redundancy_: int | str | None
     redundant_form_: RedundantForm | None
     extension_: Extension | None
     parallel_arm_: ParallelArm | None
+
+    _held: HeldJoint | None
+    _numerical: Numerical | None
 
     def __init__(
         self,
@@ -119,12 +150,20 @@ class Analytic(Solver):
 
     def _fit(self, robot: Robot) -> None:
         task = self.settings_.task
+        self.bare_ = self.inner_ = None
+        self.rounding_ = 0.0
         self.redundancy_ = self.redundant_form_ = self.extension_ = self.parallel_arm_ = None
+        self.deviation_ = 0.0
         check_own_joints(robot)
+        bare = bare_arm(robot, task)
+        if bare is not None:
+            self._fit_bare(bare)
+            return
         if robot.dof == 7 and task == "pose":
             form = self.redundant_form_ = redundant_form(robot, self.redundancy)
             self.redundancy_ = form.redundancy
             self.branch_labels_ = form.branch_labels
+            self.deviation_ = _deviation(robot, form)
             return
         if self.redundancy is not None:
             raise InputError(
@@ -135,6 +174,7 @@ class Analytic(Solver):
             self.parallel_arm_ = parallel_arm(robot, task)
             check_mobility(robot, task)
             self.branch_labels_ = self.parallel_arm_.branch_labels
+            self.deviation_ = self.parallel_arm_.deviation
             return
         try:
             if task != "pose":
@@ -148,8 +188,37 @@ class Analytic(Solver):
             if self.spec_.family is not Family.GENERAL_6R:  # nothing is missed
                 self.extension_ = replace(self.extension_, turns=self.extension_.turns[:1])
         self.branch_labels_ = self.spec_.branch_labels
+        if self.spec_.family is not Family.GENERAL_6R:
+            solved = robot if self.extension_ is None else self.extension_.robot
+            self.deviation_ = self.spec_.deviation(solved)
+
+    def _fit_bare(self, bare: BareArm) -> None:
+        """Learn the arm without its far base and tool, and what the digits of these leave."""
+        settings = self.settings_
+        tolerances = float(settings.tol_position), float(settings.tol_rotation)
+        if bare.shows(*tolerances):
+            tolerances = bare.tolerances(*tolerances)
+        inner = Analytic(
+            task=settings.task,
+            redundancy=self.redundancy,
+            tol_position=tolerances[0],
+            tol_rotation=tolerances[1],
+            windings=settings.windings,
+            limits=settings.limits,
+        ).fit(bare.robot)
+        inner.rounding_ = bare.rounding
+        inner._rebind()
+        self.bare_, self.inner_, self.rounding_ = bare, inner, bare.rounding
+        self.branch_labels_, self.redundancy_ = inner.branch_labels_, inner.redundancy_
+        self.redundant_form_, self.extension_ = inner.redundant_form_, inner.extension_
+        self.parallel_arm_, self.deviation_ = inner.parallel_arm_, inner.deviation_
+        if hasattr(inner, "spec_"):
+            self.spec_ = inner.spec_
 
     def _bind(self) -> None:
+        self._held = self._numerical = None
+        if self.inner_ is not None:
+            return
         if self.redundant_form_ is not None:
             self._bind_redundant(self.redundant_form_)
             return
@@ -158,7 +227,10 @@ class Analytic(Solver):
         spec, settings, extension = self.spec_, self.settings_, self.extension_
         robot = self.robot_ if extension is None else extension.robot
         self._form: Any = self._form_of(robot, spec)
-        self._other: Any = None
+        self._other: tuple[Any, int] | None = None
+        self._roots = 0
+        if extension is not None and extension.arm is not None:
+            self._roots = extension.most_roots(self._form)
         is_native = spec.family is not Family.DECOUPLED
         if settings.windings == "nearest" and extension is None and is_native:
             self._fused = self._form.solve
@@ -174,17 +246,20 @@ class Analytic(Solver):
             return kernels.GeneralForm(robot.chain, *tolerances, ignore, self._exact)
         return self._special_form(robot, (*tolerances, ignore, self._exact))
 
-    def _other_form(self) -> Any:
-        """The form of the extension's other arm, made when it is first asked."""
+    def _other_form(self) -> tuple[Any, int]:
+        """The form of the extension's other arm and its most roots, when it is first asked."""
         if self._other is None:
             assert self.extension_ is not None and self.extension_.other is not None
-            other = self.extension_.other.robot
-            self._other = self._form_of(other, closed_form_spec(other))
+            other = self.extension_.other
+            form = self._form_of(other.robot, closed_form_spec(other.robot))
+            self._other = form, other.most_roots(form)
         return self._other
 
     @property
     def _exact(self) -> float:
-        return EXACT * max(1.0, (self.parallel_arm_ or self.spec_).size)
+        # a family whose equations are a little off the arm has no branch with less error than that
+        form = self.parallel_arm_ or self.spec_
+        return max(EXACT * max(1.0, form.size), self.deviation_) + self.rounding_
 
     def _special_form(self, robot: Robot, tolerances: tuple[float, float, bool, float]) -> Any:
         spec = self.spec_
@@ -202,14 +277,13 @@ class Analytic(Solver):
             links.sign,
             links.offset,
             *tolerances,
-            spec.deviation(robot),
+            self.deviation_,
         )
 
     def _bind_redundant(self, form: RedundantForm) -> None:
         robot, settings, spec = self.robot_, self.settings_, form.spec
         ignore = settings.limits == "ignore"
         low, high, is_round = _range(robot, form, ignore)
-        self._held: HeldJoint | None = None
         if spec is None or form.parameter is None:
             joint = int(form.redundancy)
             make = Analytic(
@@ -219,8 +293,17 @@ class Analytic(Solver):
             )
             self._held = HeldJoint(robot, joint, (low, high), make, form.lasting)
             return
-        links, first = spec.links, form.redundancy == 0
-        self._form = kernels.Redundant(
+        self._form = self._redundant_kernel(low, high, is_round)
+        if settings.windings == "nearest":
+            self._fused = self._swept
+
+    def _redundant_kernel(self, low: float, high: float, is_round: bool) -> Any:
+        """The native form that sweeps the free parameter from low to high."""
+        robot, settings, form = self.robot_, self.settings_, self.redundant_form_
+        assert form is not None and form.spec is not None and form.parameter is not None
+        spec, first = form.spec, form.redundancy == 0
+        links = spec.links
+        return kernels.Redundant(
             robot.chain,
             form.parameter,
             int(spec.family),
@@ -242,11 +325,89 @@ class Analytic(Solver):
             is_round,
             float(settings.tol_position),
             float(settings.tol_rotation),
-            ignore,
-            EXACT * max(1.0, spec.size),
+            settings.limits == "ignore",
+            max(EXACT * max(1.0, spec.size), self.deviation_) + self.rounding_,
         )
-        if settings.windings == "nearest":
-            self._fused = self._form.solve
+
+    def _swept(self, T: Any, q_seed: Any, seed: int) -> TableLike | None:
+        table: TableLike | None = self._form.solve(T, q_seed, seed)
+        if table is None or not has_not_found(table):
+            return table
+        poses = se3.as_poses(T)
+        return self._searched(table, poses, _seeds(q_seed, self.robot_.dof, len(poses)), seed)
+
+    def _answer(self, T: Array, q_seed: Array | None, seed: int) -> TableLike:
+        table = super()._answer(T, q_seed, seed)
+        if self.redundant_form_ is None or self._fused is not None or not has_not_found(table):
+            return table
+        return self._searched(table, T, q_seed, seed)
+
+    def _searched(self, table: TableLike, T: Array, q_seed: Array | None, seed: int) -> TableLike:
+        """A sweep's table with what a numerical search finds for poses where it found nothing.
+
+        A range narrower than the sweep's step is met where a search ends: there the sweep looks
+        again, closely, or the range is the one value.
+        """
+        open_ = np.flatnonzero(table.status == Status.NOT_FOUND)
+        found = self._searcher().solve(np.ascontiguousarray(T[open_]), rng=0)
+        parts: list[tuple[TableLike, NDArray[np.int64]]] = []
+        for k in np.flatnonzero(found.ok):
+            i = open_[k]
+            one, near = T[i : i + 1], None if q_seed is None else q_seed[i : i + 1]
+            value = float(self.redundancy_at(found[int(k)].q[0]))
+            part = self._at_value(one, near, value, seed)
+            if part is not None:
+                parts.append((part, np.array([i])))
+        if not parts:
+            return table
+        rest = without(table, np.concatenate([where for _, where in parts]))
+        return merged([rest, *parts], len(T))
+
+    def _at_value(
+        self, T: Array, q_seed: Array | None, value: float, seed: int
+    ) -> TableLike | None:
+        """The table of one pose, swept about a value of the free parameter."""
+        is_native = self._held is None and self.inner_ is None
+        if is_native and self._fused is not None:
+            assert self.redundant_form_ is not None
+            low, high, is_round = _range(
+                self.robot_, self.redundant_form_, self.settings_.limits == "ignore"
+            )
+            a, b = value - CLOSE, value + CLOSE
+            if not is_round:
+                a, b = max(a, low), min(b, high)
+            table: TableLike = self._redundant_kernel(a, b, False).solve(T, q_seed, seed)
+            if table.status[0] == Status.SOLVED:
+                turns = 2.0 * np.pi * np.floor((table.interval_low - low) / (2.0 * np.pi))
+                turns = turns if is_round else 0.0 * turns
+                return replaced(
+                    table,
+                    interval_low=table.interval_low - turns,
+                    interval_high=table.interval_high - turns,
+                )
+        table = self.solve_at(T, value, q_seed)._table
+        if table.status[0] != Status.SOLVED:
+            return None
+        count = len(table.q)
+        return replaced(
+            table,
+            interval_pose=np.zeros(count, np.int64),
+            interval_branch=table.branch.copy(),
+            interval_low=np.full(count, value),
+            interval_high=np.full(count, value),
+        )
+
+    def _searcher(self) -> Numerical:
+        """The search that looks where a sweep found nothing."""
+        if self._numerical is None:
+            settings = self.settings_
+            self._numerical = Numerical(
+                tol_position=min(FINE, settings.tol_position),
+                tol_rotation=min(FINE, settings.tol_rotation),
+                limits=settings.limits,
+                max_starts=SEARCHES,
+            ).fit(self.robot_)
+        return self._numerical
 
     def solve_at(
         self, T: ArrayLike, value: ArrayLike, q_seed: ArrayLike | None = None
@@ -265,7 +426,8 @@ class Analytic(Solver):
             ``Solutions`` of length N, or K.
 
         Raises:
-            InputError: not fitted, no free parameter, or a value outside the joint's limits.
+            InputError: not fitted, no free parameter, a value outside the joint's limits, or
+                beyond 1e6.
 
         Example:
             >>> solver = kv.Analytic().fit(kv.load("iiwa14"))
@@ -274,7 +436,8 @@ class Analytic(Solver):
         form = self._redundant("solve_at")
         values = self._checked_values(form, value)
         # one native call where T and seed are plain arrays; else they are checked and brought there
-        if self._held is None and getattr(T, "shape", ()) == (len(values), 4, 4):
+        is_native = self._held is None and self.inner_ is None
+        if is_native and getattr(T, "shape", ()) == (len(values), 4, 4):
             table = self._form.solve_at(T, values, q_seed)
             if table is not None and self.settings_.windings == "nearest":
                 return self._solutions(table)
@@ -289,7 +452,10 @@ class Analytic(Solver):
         near = None
         if q_seed is not None:
             near = se3.as_joints(q_seed, self.robot_.dof, "q_seed", count=count)
-        if self._held is not None:
+        if self.inner_ is not None and self.bare_ is not None:
+            inner = self.inner_.solve_at(self.bare_.target(poses), values, near)
+            proposal = self._inner_proposal(poses, _proposal(inner._table))
+        elif self._held is not None:
             proposal = self._held.propose_at(poses, values, near)
         else:
             table = self._form.solve_at(poses, values, near)
@@ -305,6 +471,10 @@ class Analytic(Solver):
                 f"value must be finite and of shape () or (N,), got {values.shape}"
                 if values.ndim > 1
                 else "value must be finite"
+            )
+        if np.abs(values).max(initial=0.0) > se3.MOST_SEED:
+            raise InputError(
+                f"value must lie within +-{se3.MOST_SEED:g}, got {np.abs(values).max():g}"
             )
         values = np.ascontiguousarray(values.reshape(-1))
         if form.redundancy != ARM_ANGLE and self.settings_.limits == "hold":
@@ -337,7 +507,8 @@ class Analytic(Solver):
         form = self._redundant("redundancy_at")
         q = se3.as_joints(q, self.robot_.dof)
         if form.redundancy == ARM_ANGLE:
-            return arm_angle(self.robot_, form, q.reshape(-1, 7)).reshape(q.shape[:-1])
+            robot = self.robot_ if self.bare_ is None else self.bare_.robot
+            return arm_angle(robot, form, q.reshape(-1, 7)).reshape(q.shape[:-1])
         return np.array(q[..., int(form.redundancy)])
 
     def _redundant(self, method: str) -> RedundantForm:
@@ -350,7 +521,31 @@ class Analytic(Solver):
             )
         return self.redundant_form_
 
+    def _verified(self, T: Array, proposal: Proposal, q_seed: Array | None) -> TableLike:
+        table = super()._verified(T, proposal, q_seed)
+        # where solutions may be missing, one of them may lie inside the limits
+        doubtful = table.evidence["weak"] & (self.extension_ is not None)
+        # nor where their errors are those of the digits they are measured in
+        if self.rounding_ > DIGITS * self.settings_.tol_position:
+            doubtful = np.ones(len(T), np.bool_)
+        doubtful = doubtful & (table.status == Status.OUT_OF_LIMITS)
+        if not doubtful.any():
+            return table
+        return replaced(table, status=np.where(doubtful, np.uint8(Status.NOT_FOUND), table.status))
+
+    def _inner_proposal(self, T: Array, proposal: Proposal) -> Proposal:
+        """What the bare arm proposes, as a proposal of the arm with its far base and tool."""
+        assert self.bare_ is not None
+        settings = self.settings_
+        hint = proposal.hint
+        if not self.bare_.shows(float(settings.tol_position), float(settings.tol_rotation)):
+            hint = None
+        return replace(proposal, hint=hint, exact=proposal.exact + 2.0 * self.rounding_)
+
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
+        if self.inner_ is not None and self.bare_ is not None:
+            proposal = self.inner_._propose(self.bare_.target(T), q_seed, seed)
+            return self._inner_proposal(T, proposal)
         if self.redundant_form_ is not None:
             if self._held is not None:
                 # what holds on a limit only just is none where others are exact
@@ -361,7 +556,11 @@ class Analytic(Solver):
             tolerances = self.settings_.tol_position, self.settings_.tol_rotation
             return self.parallel_arm_.propose(T, q_seed, *tolerances, self._exact)
         if self.extension_ is not None:
-            return self.extension_.propose(self._form, self._other_form, T, self._exact)
+            settings = self.settings_
+            tolerances = float(settings.tol_position), float(settings.tol_rotation)
+            return self.extension_.propose(
+                (self._form, self._roots), self._other_form, T, q_seed, tolerances, self._exact
+            )
         q, pose_index, branch, hint, singular, evidence = self._form.propose(T, q_seed)
         return Proposal(
             q=q,
@@ -379,6 +578,15 @@ def _rows(spec: ClosedFormSpec) -> Array:
     links = spec.links
     alpha = np.arctan2(links.sin_alpha, links.cos_alpha)
     return np.column_stack([links.a, links.d, alpha, links.cos_alpha, links.sin_alpha])
+
+
+def _deviation(robot: Robot, form: RedundantForm) -> float:
+    """How far the equations of an arm with seven joints may be from the arm [m, rad]."""
+    if form.spec is None or form.parameter is None:
+        return 0.0
+    if form.redundancy == ARM_ANGLE:
+        return form.spec.deviation(robot)
+    return form.spec.deviation(end_removed(robot, int(form.redundancy)))
 
 
 def _range(robot: Robot, form: RedundantForm, ignore: bool) -> tuple[float, float, bool]:

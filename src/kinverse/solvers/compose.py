@@ -11,7 +11,7 @@ from kinverse.errors import InputError, NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Settings, Solver, _seeds
 from kinverse.status import Status
-from kinverse.table import PER_POSE, TableLike, has_not_found, merged, replaced
+from kinverse.table import TableLike, has_not_found, merged, replaced, without
 
 __all__ = ["FirstOf", "Seeded"]
 
@@ -105,18 +105,7 @@ class FirstOf(Solver):
         self, table: TableLike, later: TableLike, open_: NDArray[np.int64], labels: int
     ) -> TableLike:
         """The later table's rows in place of the open poses of the earlier one."""
-        poses = len(table.status)
-        closed = np.ones(poses, dtype=np.bool_)
-        closed[open_] = False
-        # an open pose has no solutions, so the earlier rows only need the later poses cut out
-        whole = np.arange(poses)
-        number = np.cumsum(closed) - 1
-        earlier = replaced(
-            table,
-            pose_index=number[table.pose_index],
-            interval_pose=number[table.interval_pose],
-            **{name: getattr(table, name)[closed] for name in PER_POSE},
-        )
+        earlier, closed = without(table, open_)
         branch = np.where(later.branch >= 0, later.branch + labels, -1).astype(np.int32)
         changes: dict[str, NDArray[Any]] = {"branch": branch}
         changes["interval_branch"] = (later.interval_branch + labels).astype(np.int32)
@@ -131,7 +120,8 @@ class FirstOf(Solver):
         for name in ("best_q", "best_position_error", "best_rotation_error"):
             mine, theirs = getattr(table, name)[open_], getattr(later, name)
             changes[name] = np.where(keep[:, None] if mine.ndim == 2 else keep, mine, theirs)
-        return merged([(earlier, whole[closed]), (replaced(later, **changes), open_)], poses)
+        parts = [(earlier, closed), (replaced(later, **changes), open_)]
+        return merged(parts, len(table.status))
 
 
 class Seeded(Solver):

@@ -60,6 +60,12 @@ MISFIT = 3e-10
 """Largest difference between a six-joint arm and the DH rows of its family, as a part of its size:
 an arm that just misses a family is solved as a general one, on its own geometry."""
 
+MISFIT_SHORT = 1e-13
+"""The same below six joints: such an arm does not reach what its family reaches."""
+
+MISFIT_SEVEN = 1e-8
+"""The same for seven joints, where a general arm costs a thousand times more."""
+
 BRANCH_SIGNS = {
     Family.SPHERICAL_WRIST: ("shoulder", "elbow", "wrist"),
     Family.THREE_PARALLEL: ("shoulder", "elbow", "wrist"),
@@ -119,8 +125,17 @@ class ClosedFormSpec:
         Axes that are parallel or meet to within ``PARALLEL`` are taken to be so exactly. Measured
         on joint values from -pi to pi, times four.
         """
+        return 4.0 * self._misfit(robot)
+
+    def fits(self, robot: Robot) -> bool:
+        """Whether the rows are near enough to the robot to stand for it."""
+        n = robot.dof
+        most = MISFIT if n == 6 else MISFIT_SHORT if n < 6 else MISFIT_SEVEN
+        return self._misfit(robot) < most * self.size
+
+    def _misfit(self, robot: Robot) -> float:
         q = np.random.default_rng(0).uniform(-np.pi, np.pi, (64, robot.dof))
-        return 4.0 * float(np.abs(self.pose(q) - robot.fk(q)).max())
+        return float(np.abs(self.pose(q) - robot.fk(q)).max())
 
     @property
     def branch_labels(self) -> tuple[str, ...]:
@@ -159,7 +174,7 @@ def closed_form_spec(robot: Robot) -> ClosedFormSpec:
     check_own_joints(robot)
     n = robot.dof
     lines = axis_lines(robot.frames, robot.kinds)
-    if spec := _scara(lines, robot.kinds):
+    if (spec := _scara(lines, robot.kinds)) and spec.fits(robot):
         return spec
     if n in (5, 6):
         links = links_between(lines)
@@ -187,11 +202,10 @@ def _wristed(
     found = _six(links, lines.size) if robot.dof == 6 else _five(links, lines.size)
     if not found:
         return None
-    if robot.dof == 6 and not _misfit(links, robot, is_reversed) < MISFIT * lines.size:
-        return None
     order = np.arange(robot.dof, dtype=np.int32)
     joint = order[::-1].copy() if is_reversed else order
-    return ClosedFormSpec(*found, is_reversed, links, joint, lines.size)
+    spec = ClosedFormSpec(*found, is_reversed, links, joint, lines.size)
+    return spec if spec.fits(robot) else None
 
 
 def check_own_joints(robot: Robot) -> None:
@@ -209,20 +223,6 @@ def check_own_joints(robot: Robot) -> None:
             f"{robot.name}: joints that stand at a multiple or a shift of their value have no"
             " closed form; use Numerical"
         )
-
-
-def _misfit(links: Links, robot: Robot, is_reversed: bool) -> float:
-    """How far the DH rows are from the arm they idealise, at one configuration without symmetry."""
-    q = np.array([0.3, -1.1, 1.7, 2.3, -0.7, 0.9])
-    T = links.base
-    theta = links.sign * (q[::-1] if is_reversed else q) + links.offset
-    for i, angle in enumerate(theta):
-        c, s = np.cos(angle), np.sin(angle)
-        ca, sa, a, d = links.cos_alpha[i], links.sin_alpha[i], links.a[i], links.d[i]
-        row = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d]]
-        T = T @ np.array([*row, [0, 0, 0, 1]])
-    T = T @ links.tool
-    return float(np.abs((np.linalg.inv(T) if is_reversed else T) - robot.fk(q)).max())
 
 
 def _regional(links: Links, size: float) -> Regional | None:

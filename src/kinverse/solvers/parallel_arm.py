@@ -58,6 +58,8 @@ class ParallelArm:
         way: (4 - k, 3) unit direction of each slide while the turns stand at zero.
         R_zero: (3, 3) the tool's rotation while all joints stand at zero.
         limits: (n, 2) of the joints [rad or m].
+        deviation: how far the equations may be from the arm [m, rad]: axes that are parallel to
+            within ``PARALLEL`` are taken to be so.
     """
 
     axis: Array
@@ -69,6 +71,7 @@ class ParallelArm:
     way: Array
     R_zero: Array
     limits: Array
+    deviation: float = 0.0
 
     @property
     def branch_labels(self) -> tuple[str, ...]:
@@ -271,16 +274,20 @@ def parallel_arm(robot: Robot, task: str) -> ParallelArm:
     way = lines.direction[list(slides)].reshape(-1, 3)
     if task == "planar":
         slides, level, way = (-1, *slides), (0, *level), np.vstack([[0.0, 0.0, 1.0], way])
+    link = np.diff(stations, axis=0)
+    span = 1.0 + np.linalg.norm(link, axis=1).sum() + np.abs(robot.limits[~is_turn]).sum()
     return ParallelArm(
         axis=u,
         turns=turns,
         sign=np.sign(lines.direction[turns] @ u),
-        link=np.diff(stations, axis=0),
+        link=link,
         slides=slides,
         level=level,
         way=way,
         R_zero=lines.T_zero[:3, :3],
         limits=robot.limits,
+        # what rounding makes of parallel axes is none
+        deviation=float(4.0 * span * apart.sum()) if apart.max() > 1e-14 else 0.0,
     )
 
 

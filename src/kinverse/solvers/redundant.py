@@ -189,6 +189,8 @@ def _arm_angle_form(robot: Robot) -> RedundantForm | None:
     spec = ClosedFormSpec(
         Family.SPHERICAL_WRIST, Regional.PARALLEL_23, False, links, order, lines.size
     )
+    if not spec.fits(robot):
+        return None
     return RedundantForm(
         ARM_ANGLE,
         ANGLE,
