@@ -49,11 +49,11 @@ def swarm_figure(solver: "Swarm", T: ArrayLike, rng: Any = None, title: str = ""
         >>> swarm_figure(kv.Swarm(optimizer="gwo").fit(robot), T).savefig("gwo.png")
     """
     figure = new_figure((11.0, 8.0))
-    history = solver.watch(T, rng=rng)
     first = np.asarray(T, dtype=np.float64).reshape(-1, 4, 4)[0]
+    history = solver.watch(first, rng=rng)
     axes = figure.subplots(2, 2).ravel()
     name = type(solver.optimizer_).__name__
-    convergence(axes[0], {name: history})
+    convergence(axes[0], {name: solver.watch(T, rng=rng, population=False)})
     joints = (0, min(1, solver.robot_.dof - 1))
     search_history(axes[1], solver.robot_, history, joints=joints)
     joint_histograms(axes[2], solver.robot_, history)

@@ -42,7 +42,7 @@ def convergence(path: Path, robot: "Robot", T: Any, solvers: list[str], task: st
     for name, solver in swarms.items():
         # the whole budget of a population alone, so that the methods themselves are compared
         solver.set_params(polish=False)
-        histories[name] = solver.fit(robot).watch(T[:MOST], every=2)
+        histories[name] = solver.fit(robot).watch(T[:MOST], every=2, population=False)
     plots.convergence(figure.subplots(), histories)
     figure.suptitle(robot.name)
     figure.savefig(path, dpi=120)

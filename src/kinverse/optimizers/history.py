@@ -102,13 +102,14 @@ class History:
 
     @property
     def population(self) -> Array:
-        """(S, M, K, D) the populations, if they were asked for.
+        """(S, M, K, D) the populations, if they were asked for; NaN where one was smaller.
 
         Raises:
             InputError: they were not.
         """
         self._need_population()
-        return np.array([x for x, _ in self._members])
+        count = max(f.shape[1] for _, f in self._members)
+        return np.array([_filled(x, count, np.nan) for x, _ in self._members])
 
     @property
     def population_values(self) -> Array:
@@ -118,8 +119,16 @@ class History:
             InputError: they were not asked for.
         """
         self._need_population()
-        return np.array([f for _, f in self._members])
+        count = max(f.shape[1] for _, f in self._members)
+        return np.array([_filled(f, count, np.inf) for _, f in self._members])
 
     def _need_population(self) -> None:
         if not self.keeps_population:
             raise InputError("this history keeps no population: make it with population=True")
+
+
+def _filled(array: Array, count: int, with_what: float) -> Array:
+    """An array (M, K, ...) made (M, count, ...): populations may grow and shrink."""
+    whole = np.full((len(array), count, *array.shape[2:]), with_what)
+    whole[:, : array.shape[1]] = array
+    return whole

@@ -38,10 +38,11 @@ class Swarm(Solver):
     The objective is that of document 004, chapter 6.4: position error + weight * orientation error
     (equations 6.25 to 6.34), where the orientation error is the angle between the rotations, by
     atan2 (the printed arc cosine loses half the digits near zero). Alone no population method comes
-    near 1e-6 on a full pose in a reasonable budget (``kinverse.bench`` prints what they reach):
-    with ``polish`` the answer is a descent by ``Numerical`` from the members of the population, in
-    order of their objective, then from those of the first population; no fresh starts. Where none
-    of them leads to a solution the population searches again.
+    near 1e-6 on a full pose in a reasonable budget but differential evolution (``kinverse.bench``
+    prints what they reach): with ``polish`` the answer is a descent by ``Numerical`` from the
+    members of the last population, in order of their objective; no fresh starts. Where none of them
+    leads to a solution another population searches. For answers alone ``Numerical`` is a hundred
+    times quicker: this is for studying the methods, and for objectives of one's own.
     ``stats.cost`` holds the objective before polish, ``stats.starts`` the number of polishes.
 
     Args:
@@ -50,21 +51,25 @@ class Swarm(Solver):
         max_evals: evaluations of a search; None: 20,000, with polish 2,000. Polishing comes on
             top of it; ``stats.evaluations`` counts all.
         max_searches: with polish, searches a pose at most, each with a random stream of its own:
-            another begins where no member of the population led to a solution.
+            another begins where no member of the population led to a solution. A pose that has no
+            solution costs them all, about 0.1 s.
         weight: of the orientation error [m/rad], mu of equation 6.25: a number >= 0, or "random" as
-            printed: uniform in [0, 1), drawn once a pose.
+            printed: uniform in [0, 1), drawn once a pose. 1 suits arms of about a metre; take about
+            the arm's reach for others, or one of the two errors is all that is searched for.
         norm: "l2", "l1" or "squared" (with task="position": document 002's objective).
         orientation_error: "quaternion" (the angle, equation 6.34), "rotation_vector" or "euler"
             (the norm of the vector, or of the differences of roll, pitch and yaw: not smooth where
             pitch nears +-90 degrees); the last two for task="pose" only.
         secondary: None, "least_motion" (distance from q_seed) or a callable that takes q (K, n) and
-            returns (K,): added to the objective, so it trades accuracy unless polished.
+            returns (K,): added to the objective. It steers the population; alone it trades accuracy
+            away, and polish, which does not know it, keeps what the population has chosen only
+            roughly. NaN counts as worst, with a warning in the log.
         secondary_weight: its factor.
         polish: whether to descend at the end.
         all_branches: look for every solution: searches in turn, each shunning ``taboo_radius``
             about the solutions known so far, whose members are all polished. An extension of ours;
-            document 002 wants eight. Ends after three searches without a new one, which proves
-            nothing.
+            document 002 wants eight. Ends after five searches without a new one, which proves
+            nothing. Of continua members a radian apart are kept, 64 solutions a pose at most.
         taboo_radius: largest joint distance [rad or m] that is taboo.
         task: see ``kinverse.task``.
         tol_position: largest position error [m].
@@ -91,7 +96,7 @@ class Swarm(Solver):
         secondary: str | Callable[[Array], Any] | None = None,
         secondary_weight: float = 0.01,
         polish: bool = True,
-        max_searches: int = 20,
+        max_searches: int = 100,
         all_branches: bool = False,
         taboo_radius: float = 0.2,
         task: str = "pose",
@@ -161,6 +166,7 @@ class Swarm(Solver):
             given.orientation_error,
             given.secondary,
             given.secondary_weight,
+            self.settings_.limits,
         )
         self._search = PopulationSearch(
             self.optimizer_,
@@ -181,20 +187,27 @@ class Swarm(Solver):
         return self._search.propose(T, q_seed, seed, self.fitted_.all_branches)
 
     def watch(
-        self, T: ArrayLike, q_seed: ArrayLike | None = None, rng: Rng = None, every: int = 1
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike | None = None,
+        rng: Rng = None,
+        every: int = 1,
+        population: bool = True,
     ) -> History:
         """How the first search of each pose goes, before any polish, for pictures and studies.
 
-        The same numbers as in ``solve`` with the same ``rng``.
+        The same numbers as in ``solve`` with the same ``rng``. The populations take about a
+        megabyte a pose in 20,000 evaluations.
 
         Args:
-            T: (4, 4) or (N, 4, 4) poses.
+            T: (4, 4) or (N, 4, 4) poses, at least one.
             q_seed: (n,) or (N, n), as in ``solve``.
             rng: as in ``solve``.
             every: write down every that many steps.
+            population: keep the populations too.
 
         Returns:
-            A ``History`` of N problems that holds the populations too.
+            A ``History`` of N problems.
 
         Raises:
             InputError: not fitted, or a pose or seed that cannot be used.
@@ -202,12 +215,13 @@ class Swarm(Solver):
         Example:
             >>> solver.watch(T).best[-1]    # as solve(T).stats.cost where one search did
         """
-        if not self.is_fitted:
-            raise InputError("this Swarm is not fitted: call Swarm(...).fit(robot) first")
+        self._check_fitted()
         self._check_seed(q_seed)
         poses = se3.as_poses(T)
+        if not len(poses):
+            raise InputError("watch needs at least one pose")
         near = _seeds(q_seed, self.robot_.dof, len(poses))
-        history = History(every=every, population=True)
+        history = History(every=every, population=population)
         seed = 0 if rng is None else _seed_of(rng)
         self._search.searched(poses, near, seed, history=history)
         return history
@@ -222,15 +236,26 @@ class Swarm(Solver):
         Returns:
             (...) costs; weight "random" counts as 1.
 
+        Raises:
+            InputError: not fitted, several poses, or joint values of another width.
+
         Example:
             >>> solver.cost(T, s.q)
         """
-        poses = se3.as_poses(T)
-        values = se3.as_real(q, "q")
+        self._check_fitted()
+        poses, values = se3.as_poses(T), se3.as_real(q, "q")
+        if len(poses) != 1:
+            raise InputError(f"cost takes one pose, got {len(poses)}")
+        if not values.ndim or values.shape[-1] != self.robot_.dof:
+            raise InputError(f"q must have shape (..., {self.robot_.dof}), got {values.shape}")
         weight = self.fitted_.weight
         weights = np.full(1, 1.0 if weight == "random" else float(weight))
         rows = np.ascontiguousarray(values.reshape(1, -1, self.robot_.dof))
-        return self._search.objective(poses[:1], weights, None, rows).reshape(values.shape[:-1])
+        return self._search.objective(poses, weights, None, rows).reshape(values.shape[:-1])
+
+    def _check_fitted(self) -> None:
+        if not self.is_fitted:
+            raise InputError("this Swarm is not fitted: call Swarm(...).fit(robot) first")
 
 
 def _check_choice(name: str, value: Any, valid: tuple[str, ...]) -> None:

@@ -1,5 +1,6 @@
 """How far joint values are from a pose, as one number: document 004, chapter 6.4."""
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -7,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError
-from kinverse.ranking import turning
+from kinverse.optimizers.checks import real_array
+from kinverse.ranking import rewound, turning
 from kinverse.robot import Robot
 from kinverse.task import Task
+
+logger = logging.getLogger(__name__)
 
 __all__ = ["NORMS", "ORIENTATION_ERRORS", "PoseObjective", "search_box"]
 
@@ -33,6 +37,7 @@ class PoseObjective:
         orientation_error: one of ``ORIENTATION_ERRORS``.
         secondary: None, "least_motion" (distance from q_seed) or a callable q (K, n) -> (K,).
         secondary_weight: its factor.
+        limits: "hold" or "ignore": which whole turns lead to q_seed.
     """
 
     def __init__(
@@ -43,7 +48,9 @@ class PoseObjective:
         orientation_error: str,
         secondary: Secondary,
         secondary_weight: float,
+        limits: str = "hold",
     ) -> None:
+        self._robot, self._limits = robot, limits
         self._chain = robot.chain
         self._codes = (task.code, NORMS.index(norm), ORIENTATION_ERRORS.index(orientation_error))
         self._secondary = secondary
@@ -53,16 +60,25 @@ class PoseObjective:
         """(A, K) costs of q (A, K, n) against T (A, 4, 4) with weights (A,)."""
         cost: Array = self._chain.pose_costs(*self._codes, T, weight, q)
         if callable(self._secondary):
-            more = np.asarray(self._secondary(q.reshape(-1, q.shape[2])), dtype=np.float64)
-            if more.shape != (cost.size,):
-                raise InputError(
-                    f"secondary must return ({cost.size},) for q of {q.shape[2]} joints,"
-                    f" got {more.shape}"
-                )
-            cost += self._factor * more.reshape(cost.shape)
+            cost += self._factor * self._called(self._secondary, q)
         elif self._secondary is not None and q_seed is not None:
-            cost += self._factor * np.sqrt(((q - q_seed[:, None]) ** 2).sum(axis=2))
+            near = q_seed[:, None]
+            moved = rewound(self._robot, q, near, self._limits) - near
+            cost += self._factor * np.sqrt((moved**2).sum(axis=2))
         return cost
+
+    def _called(self, secondary: Callable[[Array], Any], q: Array) -> Array:
+        """The caller's own objective (A, K), which is handed a copy and must give real numbers."""
+        count = q.shape[0] * q.shape[1]
+        values = real_array("secondary", secondary(q.reshape(count, -1).copy()))
+        if values.shape != (count,):
+            raise InputError(
+                f"secondary must return ({count},) for q of {q.shape[2]} joints, got {values.shape}"
+            )
+        bad = int((~(values > -np.inf)).sum())
+        if bad:
+            logger.warning("secondary gave %d of %d values NaN or -inf: they are worst", bad, count)
+        return values.reshape(q.shape[:2])
 
 
 def search_box(robot: Robot, limits: str) -> Array:

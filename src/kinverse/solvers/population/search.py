@@ -19,7 +19,13 @@ Ints = NDArray[np.int64]
 MOST_SOLUTIONS = 64
 """Solutions kept of a pose by ``every``: a continuum has no end of them."""
 
-IDLE_SEARCHES = 3
+MOST_ISOLATED = 16
+"""More solutions than that are members of continua: no six turning joints have more apart."""
+
+MEMBERS_APART = 1.0
+"""How far members of a continuum that are kept are apart [largest joint, rad or m]."""
+
+IDLE_SEARCHES = 5
 """``every`` ends after so many searches in a row that found nothing new."""
 
 SAME = 1e-5
@@ -93,11 +99,11 @@ class PopulationSearch:
         open_ = np.arange(len(T))
         solution = np.full_like(found.q, np.nan)
         for search in range(self.max_searches if self.polish else 1):
-            run, first = self.searched(T[open_], _rows(q_seed, open_), seed, search)
+            run = self.searched(T[open_], _rows(q_seed, open_), seed, search)
             found.keep_better(open_, run)
             if self.polish is None:
                 break
-            done = self.polish.first_of_each(T[open_], *_pool(run, first))
+            done = self.polish.first_of_each(T[open_], *_members(run))
             solution[open_[done.found]] = done.q[done.found]
             found.evaluations[open_] += done.evaluations
             found.starts[open_] += done.polishes
@@ -113,12 +119,11 @@ class PopulationSearch:
         known, idle, open_ = found.candidates, np.zeros(len(T), np.int64), np.arange(len(T))
         for search in range(self.max_searches):
             taboo = _padded([known[i] for i in open_])
-            run, first = self.searched(T[open_], _rows(q_seed, open_), seed, search, taboo)
+            run = self.searched(T[open_], _rows(q_seed, open_), seed, search, taboo)
             found.keep_better(open_, run)
-            solutions = self._polished(T[open_], _pool(run, first)[0], found, open_)
+            solutions = self._polished(T[open_], _members(run)[0], found, open_)
             for i, rows in zip(open_, solutions, strict=True):
-                together = np.concatenate([known[i], rows])
-                kept = together[distinct(together, SAME, self.turns)][:MOST_SOLUTIONS]
+                kept = self._thinned(np.concatenate([known[i], rows]))
                 idle[i] = 0 if len(kept) > len(known[i]) else idle[i] + 1
                 known[i] = kept
             more = [idle[i] < IDLE_SEARCHES and len(known[i]) < MOST_SOLUTIONS for i in open_]
@@ -129,6 +134,13 @@ class PopulationSearch:
             rows if len(rows) else q[None] for rows, q in zip(known, found.q, strict=True)
         ]
         return found
+
+    def _thinned(self, q: Array) -> Array:
+        """The different ones of solutions (K, n); members of continua only where well apart."""
+        q = q[distinct(q, SAME, self.turns)]
+        if len(q) > MOST_ISOLATED:
+            q = q[distinct(q, MEMBERS_APART, self.turns)]
+        return q[:MOST_SOLUTIONS]
 
     def _polished(self, T: Array, starts: Array, found: Found, poses: Ints) -> list[Array]:
         """The solutions of each pose that its starts (A, K, n) lead to."""
@@ -148,8 +160,8 @@ class PopulationSearch:
         search: int = 0,
         taboo: Array | None = None,
         history: History | None = None,
-    ) -> tuple[Run, tuple[Array, Array]]:
-        """A finished run, and its first population with the values."""
+    ) -> Run:
+        """A finished run."""
         words = _pose_words(T)
         run = self.optimizer.start(
             self.box,
@@ -160,7 +172,6 @@ class PopulationSearch:
             x0=None if q_seed is None else self._in_box(q_seed)[:, None],
         )
         weight = self._weights(words, seed)
-        first = np.empty((0, 0, 0)), np.empty((0, 0))
         while not run.done:
             rows, q = run.active, run.ask()
             near = None if q_seed is None else q_seed[rows]
@@ -169,12 +180,10 @@ class PopulationSearch:
                 known = taboo[rows][:, :, None]
                 far = apart(q[:, None], known, self.turns, self.taboo_radius)
                 cost[~far.all(axis=1)] = np.inf
-            if run.generation == 0:
-                first = q.copy(), cost.copy()
             run.tell(cost)
             if history is not None:
                 history(run)
-        return run, first
+        return run
 
     def _in_box(self, q: Array) -> Array:
         """Joint values by whole turns to where the box is."""
@@ -187,17 +196,11 @@ class PopulationSearch:
         return Streams([(seed & 0xFFFFFFFF, seed >> 32, *pose) for pose in words]).uniform(1)[:, 0]
 
 
-def _pool(run: Run, first: tuple[Array, Array]) -> tuple[Array, Array]:
-    """The best point, the last population and the first one, as starts in order of their cost.
-
-    The first population follows whatever its cost: it is for poses whose last one has gathered in
-    a place that leads nowhere.
-    """
+def _members(run: Run) -> tuple[Array, Array]:
+    """The best point and the last population as starts (M, 1 + K, n), and what they cost."""
     x, f = run.members()
-    q = np.concatenate([run.x_best[:, None], x, first[0]], axis=1)
-    last = np.concatenate([run.f_best[:, None], f], axis=1)
-    top = np.where(np.isfinite(last), last, 0.0).max(axis=1, keepdims=True)
-    return q, np.concatenate([last, top + first[1]], axis=1)
+    q = np.concatenate([run.x_best[:, None], x], axis=1)
+    return q, np.concatenate([run.f_best[:, None], f], axis=1)
 
 
 def _pose_words(T: Array) -> NDArray[np.uint32]:
