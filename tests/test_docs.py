@@ -49,9 +49,10 @@ def test_commands_of_the_pages_run(line, capsys, tmp_path, monkeypatch):
     assert capsys.readouterr().out
 
 
-def test_the_readme_shows_what_its_command_prints(capsys):
-    page = (ROOT / "README.md").read_text(encoding="utf-8")
-    command = re.search(r"^\$ kinverse (solve .*)$", page, re.MULTILINE)[1]
+@pytest.mark.parametrize("name", ["README.md", "docs/info.md"])
+def test_pages_show_what_their_command_prints(name, capsys):
+    page = (ROOT / name).read_text(encoding="utf-8")
+    command = re.search(r"^\$ kinverse (.*)$", page, re.MULTILINE)[1]
     shown = [match[2] for match in BLOCK.finditer(page) if match[1] == "text"][0]
     main(shlex.split(command))
     printed = capsys.readouterr().out
