@@ -78,7 +78,7 @@ SOLVER_RANKS = {
     "_base": 0,
     "decoupled": 0,
     "families": 0.1,
-    "polish": 0,
+    "settle": 0,
     "bare": 0,
     "extension": 0.3,
     "held": 0.3,

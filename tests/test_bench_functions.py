@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinverse.bench.functions import FUNCTIONS, moved, off_centre, shifted
-from kinverse.bench.sections import test_functions as section
+from kinverse.bench.sections import known_minima as section
 
 
 @pytest.fixture(params=FUNCTIONS, name="function")
@@ -80,7 +80,7 @@ def test_the_section_tells_who_gains_from_the_origin(monkeypatch):
     monkeypatch.setattr(section, "NAMES", ("pso", "bees", "cibo"))
     monkeypatch.setattr(section, "SHOWN", {})
     monkeypatch.setattr(section, "RUNS", 7)
-    lines = section.test_functions(quick=True)
+    lines = section.known_minima(quick=True)
     methods = list(dict.fromkeys(line.subject for line in lines))
     assert methods == ["pso", "bees", "cibo", "bees, Pham", "cibo, literal"]
     for name in methods:

@@ -451,3 +451,16 @@ def test_optimizers_know_no_robots_and_load_nothing_heavy():
     assert loaded
     assert all(name.startswith("kinverse.optimizers") for name in loaded), loaded
     assert not any("methods" in name for name in loaded), "a method's file waits for its name"
+
+
+def test_populations_that_shrink_are_kept():
+    from kinverse.optimizers import BeesAlgorithm, History
+
+    history = History(population=True)
+    run = BeesAlgorithm(scouts=5).start([(-1, 1)] * 2, max_evals=300, problems=3)
+    while not run.done:
+        run.tell((run.ask() ** 2).sum(axis=2))
+        history(run)
+    x, f = history.population, history.population_values
+    assert x.shape[:2] == f.shape[:2] == (len(history), 3)
+    assert np.isnan(x).any() and (np.isnan(x[..., 0]) == np.isinf(f)).all()

@@ -164,6 +164,16 @@ def test_least_motion_stays_near(seven):
         kv.Swarm(secondary="least_motion").fit(seven).solve(T)
 
 
+def test_motion_is_counted_by_whole_turns():
+    ur5 = kv.load("ur5")  # limits of two turns, a box of one
+    q, _ = targets(ur5, 40)
+    near = q + np.random.default_rng(3).normal(scale=0.02, size=q.shape)
+    T = ur5.fk(q)
+    s = kv.Swarm(optimizer="de", secondary="least_motion", secondary_weight=1.0).fit(ur5)
+    moved = np.abs(s.solve(T, q_seed=near, rng=1).nearest(near) - near).max(axis=1)
+    assert (moved < 0.2).mean() > 0.9
+
+
 def test_a_callable_is_heeded(seven):
     _, T = targets(seven, 20)
 
@@ -201,7 +211,20 @@ def test_a_continuum_is_cut_off(puma):
     _, T = targets(puma, 2)
     solver = kv.Swarm(norm="squared", task="position", all_branches=True).fit(puma)
     s = solver.solve(T, rng=1)
-    assert s.ok.all() and (s.count <= 64).all() and (s.count > 8).all()
+    assert s.ok.all() and (s.count <= 128).all() and (s.count > 8).all()
+
+
+def test_a_continuum_hides_no_other_branch(puma):
+    q, _ = targets(puma, 12)
+    q[:, 4] = 0.0  # the wrist's axes in line
+    T = puma.fk(q)
+    known = kv.Analytic().fit(puma).solve(T)
+    s = kv.Swarm(optimizer="bees", all_branches=True).fit(puma).solve(T, rng=1)
+    assert s.stats.singular.all()
+    for found, exact in zip(s, known, strict=True):
+        # arm configurations: the first three joints
+        gap = close(exact.q[:, None, :3], found.q[:, :3]).min(axis=1)
+        assert (gap < 1e-4).all()
 
 
 def test_every_branch_of_nothing(puma):
@@ -272,6 +295,38 @@ def test_a_secondary_of_another_shape_is_refused(puma):
     _, T = targets(puma, 1)
     with pytest.raises(InputError, match=r"secondary must return \(100,\)"):
         kv.Swarm(secondary=lambda q: q).fit(puma).solve(T)
+
+
+@pytest.mark.parametrize("values", [1 + 5j, "1.5", None])
+def test_a_secondary_that_is_no_number_is_refused(values, puma):
+    _, T = targets(puma, 1)
+    with pytest.raises(TypeError, match="secondary"):
+        kv.Swarm(secondary=lambda q: np.full(len(q), values)).fit(puma).solve(T)
+
+
+def test_a_secondary_that_is_nan_is_told_and_may_spoil_its_copy(puma, caplog):
+    _, T = targets(puma, 2)
+
+    def careless(q):
+        q[:] = 0.0
+        return np.where(np.arange(len(q)) % 2, np.nan, 0.0)
+
+    s = kv.Swarm(secondary=careless, max_evals=300).fit(puma).solve(T)
+    assert s.ok.all() and "NaN" in caplog.text
+
+
+def test_watch_and_cost_say_what_is_wrong(puma):
+    _, T = targets(puma, 2)
+    for method in ("watch", "cost"):
+        with pytest.raises(InputError, match="not fitted"):
+            getattr(kv.Swarm(), method)(*([T] if method == "watch" else [T[0], np.zeros(6)]))
+    solver = kv.Swarm().fit(puma)
+    with pytest.raises(InputError, match="one pose"):
+        solver.cost(T, np.zeros(6))
+    with pytest.raises(InputError, match="shape"):
+        solver.cost(T[0], np.zeros(5))
+    with pytest.raises(InputError, match="at least one pose"):
+        solver.watch(T[:0])
 
 
 def test_by_name(puma):

@@ -16,13 +16,13 @@ from kinverse.bench.sections import (
     general,
     general_speed,
     importing,
+    known_minima,
     pairs,
     reach,
     seven,
     speed,
     swarm,
     swarm_answers,
-    test_functions,
 )
 
 SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
@@ -45,7 +45,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "swarm": swarm.against_peers,
     "swarm_polished": swarm_answers.polished,
     "swarm_branches": swarm_answers.eight,
-    "test_functions": test_functions.test_functions,
+    "known_minima": known_minima.known_minima,
     "import_time": importing.import_time,
 }
 

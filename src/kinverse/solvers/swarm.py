@@ -69,7 +69,7 @@ class Swarm(Solver):
         all_branches: look for every solution: searches in turn, each shunning ``taboo_radius``
             about the solutions known so far, whose members are all polished. An extension of ours;
             document 002 wants eight. Ends after five searches without a new one, which proves
-            nothing. Of continua members a radian apart are kept, 64 solutions a pose at most.
+            nothing. Of continua members 0.4 rad apart are kept, 128 solutions a pose at most.
         taboo_radius: largest joint distance [rad or m] that is taboo.
         task: see ``kinverse.task``.
         tol_position: largest position error [m].

@@ -16,13 +16,13 @@ __all__ = ["PopulationSearch"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-MOST_SOLUTIONS = 64
+MOST_SOLUTIONS = 128
 """Solutions kept of a pose by ``every``: a continuum has no end of them."""
 
 MOST_ISOLATED = 16
 """More solutions than that are members of continua: no six turning joints have more apart."""
 
-MEMBERS_APART = 1.0
+MEMBERS_APART = 0.4
 """How far members of a continuum that are kept are apart [largest joint, rad or m]."""
 
 IDLE_SEARCHES = 5
