@@ -1,4 +1,4 @@
-"""Laws that the genetic algorithm, bees, fireflies and habitats are held to, for any settings."""
+"""Laws that a method is held to whatever its settings; test_optimizers.py has those of defaults."""
 
 import pickle
 

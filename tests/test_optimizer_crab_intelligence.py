@@ -1,13 +1,17 @@
 """The crabs, as read: shells, swarms, crossing, and what the literal reading gains."""
 
-import pickle
-
 import numpy as np
 import pytest
 
 import kinverse as kv
+import optimizer_laws
 from kinverse.optimizers import CrabIntelligence
 
+LAWS = (
+    optimizer_laws.one_is_a_member_of_many,
+    optimizer_laws.pickles_in_mid_run,
+    optimizer_laws.bears_worthless_values,
+)
 BOX = [(-2.0, 3.0), (-1.0, 1.0), (0.0, 5.0)]
 AIM = np.array([0.7, -0.3, 3.1])
 VARIANTS = {
@@ -42,27 +46,9 @@ def test_the_budget_is_exact(crabs):
     assert (run.evaluations == 2500).all() and np.isfinite(run.f_best).all()
 
 
-def test_one_of_many_is_one_alone(crabs):
-    many = solve(crabs, problems=5, target=3e-3)
-    for k in range(5):
-        one = solve(crabs, keys=[(k,)], target=3e-3)
-        assert one.evaluations[0] == many.evaluations[k]
-        assert np.array_equal(one.x_best[0], many.x_best[k])
-
-
-def test_a_pickled_run_goes_on(crabs):
-    run = solve(crabs, problems=3, steps=4)
-    twin = pickle.loads(pickle.dumps(run))
-    for each in (run, twin):
-        while not each.done:
-            each.tell(cost(each.ask()))
-    assert np.array_equal(run.x_best, twin.x_best)
-
-
-@pytest.mark.parametrize("value", [np.inf, np.nan, -np.inf, 7.0])
-def test_values_that_say_nothing(crabs, value):
-    run = solve(crabs, lambda x: np.full(x.shape[:2], value), problems=2)
-    assert (run.evaluations == 2500).all()
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+def test_the_laws_hold(crabs, law):
+    law(crabs)
 
 
 def test_one_variable_and_the_fewest_crabs():

@@ -19,7 +19,7 @@ as an array has the problems on its first axis: problems that end are taken out 
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,12 +28,13 @@ from kinverse.errors import InputError
 from kinverse.optimizers.checks import not_nan, real_array, real_number, whole_number
 from kinverse.optimizers.run import Run
 from kinverse.optimizers.streams import Streams
+from kinverse.seeds import seed_of
 from kinverse.settings import HasSettings
 
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-__all__ = ["Optimizer", "checked_bounds", "drawn_seed", "real_number", "whole_number"]
+__all__ = ["Optimizer", "checked_bounds", "real_number", "whole_number"]
 
 Array = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ class Optimizer(HasSettings):
         if patience is not None:
             whole_number("patience", patience, 1)
         target = not_nan("target", target)
-        streams = Streams(_keys(drawn_seed(rng), problems, keys))
+        streams = Streams(_keys(seed_of(rng), problems, keys))
         first = None if x0 is None else _first(x0, box, problems, self.population)
         return Run(self, box, streams, int(max_evals), first, target, patience)
 
@@ -149,24 +150,6 @@ def checked_bounds(bounds: ArrayLike) -> Array:
         if not np.isfinite(high - low):
             raise InputError(f"bounds of variable {k} are too far apart, got ({low}, {high})")
     return box
-
-
-def drawn_seed(rng: Any) -> int:
-    """The seed in 0..2**63-1 that ``rng`` stands for: None is 0, a Generator is drawn from once.
-
-    Raises:
-        InputError: a seed outside the range.
-        TypeError: anything but None, an int or a Generator.
-    """
-    if rng is None:
-        return 0
-    if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
-        if 0 <= rng < 2**63:
-            return int(rng)
-        raise InputError(f"rng as a seed must lie in 0..2**63-1, got {rng}")
-    if isinstance(rng, np.random.Generator):
-        return int(rng.integers(2**63))
-    raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
 
 
 def _keys(seed: int, problems: int, keys: Sequence[ArrayLike] | None) -> list[NDArray[np.int64]]:

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse.errors import InputError
-from kinverse.optimizers._base import Optimizer, checked_bounds, drawn_seed
+from kinverse.optimizers._base import Optimizer, checked_bounds
 from kinverse.optimizers.checks import not_nan, real_array, whole_number
 from kinverse.optimizers.constraints import Rows
 from kinverse.optimizers.history import History
 from kinverse.optimizers.lagrangian import Handling, handling
 from kinverse.optimizers.registry import make_optimizer
 from kinverse.optimizers.run import MESSAGES, REACHED, SPENT, STAGNANT, Run
+from kinverse.seeds import seed_of
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -108,7 +109,7 @@ def minimize(
     low, high = getattr(bounds, "lb", None), getattr(bounds, "ub", None)
     if low is not None and high is not None:
         bounds = np.stack(np.broadcast_arrays(low, high), axis=-1)
-    arguments = {"rng": drawn_seed(rng), "patience": patience}
+    arguments = {"rng": seed_of(rng), "patience": patience}
     search = _Search(f, vectorized, handling(constraints), target, callback, _history(history))
     try:
         search.spend(method, checked_bounds(bounds), max_evals, x0, arguments)

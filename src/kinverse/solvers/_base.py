@@ -26,6 +26,7 @@ from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.ranking import turning
 from kinverse.robot import Robot
+from kinverse.seeds import seed_of
 from kinverse.settings import HasSettings
 from kinverse.solutions import Origin, Solutions
 from kinverse.table import TableLike
@@ -157,7 +158,7 @@ class Solver(HasSettings):
             >>> solver.solve(robot.fk(q), q_seed=q).q[0]
         """
         fused = self._fused
-        seed = 0 if rng is None else _seed_of(rng)
+        seed = seed_of(rng)
         if fused is not None:
             table = fused(T, q_seed, seed)
             if table is not None:
@@ -222,17 +223,6 @@ class Solver(HasSettings):
 
 def _is_state(name: str) -> bool:
     return name.startswith("_") or name.endswith("_")
-
-
-def _seed_of(rng: Any) -> int:
-    """One 63-bit seed; a Generator is drawn from once."""
-    if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool):
-        if 0 <= rng < 2**63:
-            return int(rng)
-        raise InputError(f"rng as a seed must lie in 0..2**63-1, got {rng}")
-    if isinstance(rng, np.random.Generator):
-        return int(rng.integers(2**63))
-    raise TypeError(f"rng must be None, an int or a numpy Generator, got {type(rng).__name__}")
 
 
 def _seeds(q_seed: Any, dof: int, poses: int) -> Array | None:

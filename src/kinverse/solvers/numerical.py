@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import kernels, se3
 from kinverse.errors import InputError
 from kinverse.robot import LIMIT_SLACK, Robot
-from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of
+from kinverse.seeds import seed_of
+from kinverse.solvers._base import Proposal, Rng, Solver
 from kinverse.table import TableLike
 from kinverse.task import as_task
 
@@ -196,7 +197,7 @@ class Numerical(Solver):
         if self.settings_.limits == "hold":
             _inside(self.robot_, start)
         step = self.options_[3] if np.isfinite(self.options_[3]) else FOLLOW_STEP
-        seed = 0 if rng is None else _seed_of(rng)
+        seed = seed_of(rng)
         return self._solutions(self._native.follow(poses, start, seed, step))
 
 

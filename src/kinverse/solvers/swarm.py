@@ -13,7 +13,8 @@ from kinverse.optimizers import History, Optimizer, make_optimizer
 from kinverse.optimizers._base import whole_number
 from kinverse.ranking import turning
 from kinverse.robot import Robot
-from kinverse.solvers._base import Proposal, Rng, Solver, _seed_of, _seeds
+from kinverse.seeds import seed_of
+from kinverse.solvers._base import Proposal, Rng, Solver, _seeds
 from kinverse.solvers.population.objective import (
     NORMS,
     ORIENTATION_ERRORS,
@@ -222,7 +223,7 @@ class Swarm(Solver):
             raise InputError("watch needs at least one pose")
         near = _seeds(q_seed, self.robot_.dof, len(poses))
         history = History(every=every, population=population)
-        seed = 0 if rng is None else _seed_of(rng)
+        seed = seed_of(rng)
         self._search.searched(poses, near, seed, history=history)
         return history
 
