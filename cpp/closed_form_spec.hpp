@@ -1,4 +1,4 @@
-// What the closed form of an arm needs to know: found once per arm by Python (solvers/families.py).
+// What the closed form of an arm needs to know: found once per arm by Python (solvers/closed_form/families.py).
 #pragma once
 
 namespace kinverse {

@@ -7,7 +7,7 @@ import kinverse as kv
 import oracle
 from kinverse import kernels
 from kinverse.solvers.analytic import Analytic
-from kinverse.solvers.families import Family, Regional, closed_form_spec
+from kinverse.solvers.closed_form.families import Family, Regional, closed_form_spec
 
 CATALOGUE = [
     "planar3r",

@@ -77,17 +77,10 @@ BESIDE = {
 }
 SOLVER_RANKS = {
     "_base": 0,
-    "decoupled": 0,
-    "families": 0.1,
-    "settle": 0,
-    "bare": 0,
-    "extension": 0.3,
-    "held": 0.3,
+    "numerical": 0.3,
+    "closed_form": 0.6,
     "population": 1.6,  # it descends with Numerical
     "swarm": 1.8,
-    "parallel_arm": 0.3,
-    "numerical": 0.3,
-    "redundant": 0.6,
     "compose": 2,
     "registry": 3,
     "__init__": 4,

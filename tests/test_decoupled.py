@@ -11,7 +11,7 @@ from kinverse.bench import arms
 from kinverse.bench.search import search
 from kinverse.conformance import check_solver
 from kinverse.robot_class import robot_class
-from kinverse.solvers.families import Family, closed_form_spec
+from kinverse.solvers.closed_form.families import Family, closed_form_spec
 from kinverse.status import Status
 
 HALF = np.pi / 2

@@ -11,7 +11,7 @@ import kinverse as kv
 import oracle
 from kinverse import kernels
 from kinverse.bench import arms
-from kinverse.solvers.families import Family, closed_form_spec
+from kinverse.solvers.closed_form.families import Family, closed_form_spec
 from kinverse.status import Status
 
 HALF = np.pi / 2

@@ -14,7 +14,7 @@ from kinverse.axes import axis_pairs, meeting_triples, nearest_point, parallel_r
 from kinverse.geometry import axis_lines
 from kinverse.regional import regional_structure
 from kinverse.robot_class import robot_class
-from kinverse.solvers.families import closed_form_spec
+from kinverse.solvers.closed_form.families import closed_form_spec
 
 HALF = np.pi / 2
 

@@ -23,8 +23,8 @@ from kinverse.regional import RegionalStructure, regional_structure
 from kinverse.robot import Robot
 from kinverse.singular_search import found_singularities
 from kinverse.singularities import Singularity, seven_joint_singularity, singularities
-from kinverse.solvers.families import ClosedFormSpec, closed_form_spec
-from kinverse.solvers.redundant import ARM_ANGLE, redundant_form
+from kinverse.solvers.closed_form.families import ClosedFormSpec, closed_form_spec
+from kinverse.solvers.closed_form.redundant import ARM_ANGLE, redundant_form
 from kinverse.solvers.registry import AUTO_CLOSED_FORM_DOF
 
 __all__ = ["RobotClass", "robot_class"]

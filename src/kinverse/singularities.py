@@ -6,7 +6,7 @@ For arms with fewer joints than six they are where branches of the arm's first j
 
 from dataclasses import dataclass
 
-from kinverse.solvers.families import ClosedFormSpec, Family, Regional
+from kinverse.solvers.closed_form.families import ClosedFormSpec, Family, Regional
 
 __all__ = ["Singularity", "seven_joint_singularity", "singularities"]
 

@@ -11,19 +11,24 @@ from kinverse.errors import InputError, NoClosedForm
 from kinverse.geometry import axis_lines
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal, Solver, _seeds
-from kinverse.solvers.bare import BareArm, bare_arm
-from kinverse.solvers.decoupled import DecoupledForm
-from kinverse.solvers.extension import Extension, check_mobility, extended
-from kinverse.solvers.families import (
+from kinverse.solvers.closed_form.bare import BareArm, bare_arm
+from kinverse.solvers.closed_form.decoupled import DecoupledForm
+from kinverse.solvers.closed_form.extension import Extension, check_mobility, extended
+from kinverse.solvers.closed_form.families import (
     ClosedFormSpec,
     Family,
     check_own_joints,
     closed_form_spec,
 )
-from kinverse.solvers.held import HeldJoint, end_removed
+from kinverse.solvers.closed_form.held import HeldJoint, end_removed
+from kinverse.solvers.closed_form.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
+from kinverse.solvers.closed_form.redundant import (
+    ARM_ANGLE,
+    RedundantForm,
+    arm_angle,
+    redundant_form,
+)
 from kinverse.solvers.numerical import Numerical
-from kinverse.solvers.parallel_arm import PARALLEL_TASKS, ParallelArm, parallel_arm
-from kinverse.solvers.redundant import ARM_ANGLE, RedundantForm, arm_angle, redundant_form
 from kinverse.status import Status
 from kinverse.table import (
     PER_INTERVAL,

@@ -10,7 +10,7 @@ from kinverse.bench import cases, oracle
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread
 from kinverse.load import names
-from kinverse.solvers.families import Family
+from kinverse.solvers.closed_form.families import Family
 
 __all__ = ["complete", "singular", "special", "unreachable"]
 

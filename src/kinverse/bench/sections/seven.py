@@ -11,7 +11,7 @@ from kinverse.bench import arms, cases, oracle
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread, alternate
 from kinverse.bench.search import search
-from kinverse.solvers.redundant import ARM_ANGLE
+from kinverse.solvers.closed_form.redundant import ARM_ANGLE
 
 __all__ = ["at_values", "sweeps"]
 

@@ -18,8 +18,8 @@ from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.se3 import pose
 from kinverse.solvers._base import Proposal
-from kinverse.solvers.families import MOST_ROOTS
-from kinverse.solvers.settle import MOVES, Polish
+from kinverse.solvers.closed_form.families import MOST_ROOTS
+from kinverse.solvers.closed_form.settle import MOVES, Polish
 from kinverse.status import METHODS, Status
 from kinverse.table import plain_evidence
 from kinverse.task import as_task

@@ -20,7 +20,7 @@ from kinverse.geometry import (
     reversed_lines,
 )
 from kinverse.robot import Robot
-from kinverse.solvers.decoupled import is_decoupled
+from kinverse.solvers.closed_form.decoupled import is_decoupled
 
 __all__ = [
     "BRANCH_SIGNS",
@@ -44,7 +44,7 @@ class Family(IntEnum):
     THREE_PARALLEL_SHORT = 3
     SCARA = 4
     GENERAL_6R = 5
-    DECOUPLED = 6  # in Python: kinverse.solvers.decoupled
+    DECOUPLED = 6  # in Python: kinverse.solvers.closed_form.decoupled
 
 
 class Regional(IntEnum):

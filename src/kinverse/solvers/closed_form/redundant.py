@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.geometry import PARALLEL, Links, axis_lines, links_between
 from kinverse.robot import Robot
-from kinverse.solvers.families import ClosedFormSpec, Family, Regional, closed_form_spec
-from kinverse.solvers.held import end_removed
+from kinverse.solvers.closed_form.families import ClosedFormSpec, Family, Regional, closed_form_spec
+from kinverse.solvers.closed_form.held import end_removed
 
 __all__ = ["ARM_ANGLE", "RedundantForm", "arm_angle", "redundant_form"]
 
