@@ -535,9 +535,52 @@ def test_bad_input():
         Analytic().fit(puma).solve_at(T, 0.0)
     with pytest.raises(kv.InputError, match="q_seed"):
         solver.solve_at(T, 0.0, q_seed=np.zeros(6))
-    slide = kv.Robot(panda.frames, "RRRRRRP", panda.limits, name="slide")
-    with pytest.raises(kv.NoClosedForm, match="revolute"):
-        Analytic().fit(slide)
+
+
+def railed(arm, at):
+    """An arm with a slide along x before its first joint, behind its last, or in between."""
+    along_x = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1.0]])
+    frames = [*arm.frames[:at], arm.frames[at] @ along_x, along_x.T, *arm.frames[at + 1 :]]
+    if at == 0:
+        frames = [along_x, along_x.T @ arm.frames[0], *arm.frames[1:]]
+    stroke = [-1.5, 1.5] if at == 0 else [-0.2, 0.2]
+    limits = np.insert(arm.limits, at, stroke, axis=0)
+    return kv.Robot(frames, arm.kinds[:at] + "P" + arm.kinds[at:], limits, name=f"{arm.name} {at}")
+
+
+@pytest.mark.parametrize(("name", "at"), [("kr16", 0), ("ur5", 6), ("puma560", 3), ("jaco2", 0)])
+def test_an_arm_on_a_rail_has_the_rail_to_choose(name, at):
+    robot = railed(kv.load(name), at)
+    solver = Analytic().fit(robot)
+    assert solver.redundancy_ == at
+    q = robot.random(12, rng=1)
+    T = robot.fk(q)
+    s = solver.solve_at(T, solver.redundancy_at(q))
+    gap = np.abs((s.q - q[s.pose_index] + np.pi) % (2 * np.pi) - np.pi).max(axis=1)
+    assert set(s.pose_index[gap < 1e-6]) == set(range(12))
+    np.testing.assert_allclose(s.q[:, at], q[s.pose_index, at], rtol=0, atol=1e-12)
+    swept = solver.solve(T[:4])
+    assert swept.ok.all()
+    for i, one in enumerate(swept):
+        rows = swept.intervals.pose_index == i
+        low, high = swept.intervals.low[rows], swept.intervals.high[rows]
+        held = (one.q[:, at, None] >= low - 1e-6) & (one.q[:, at, None] <= high + 1e-6)
+        assert held.any(axis=1).all()
+        assert robot.limits[at, 0] - 1e-9 <= low.min() and high.max() <= robot.limits[at, 1] + 1e-9
+    near = solver.solve(T[0], q_seed=q[0])
+    assert np.abs(near.q[0] - q[0]).max() < 1e-4
+
+
+def test_slides_may_be_held_by_name_and_ignored_limits_keep_their_stroke():
+    robot = railed(kv.load("kr16"), 0)
+    solver = Analytic(redundancy=robot.joint_names[0], limits="ignore").fit(robot)
+    T = robot.fk(robot.random(2, rng=3))
+    assert (solver.solve_at(T, 2.5).q[:, 0] == 2.5).all()  # beyond the stroke, if asked
+    assert np.abs(solver.solve(T).q[:, 0]).max() <= 1.5
+    with pytest.raises(kv.InputError, match="cannot be held at 2.5"):
+        Analytic(redundancy=0).fit(robot).solve_at(T, 2.5)
+    with pytest.raises(kv.InputError, match="arm_angle"):
+        Analytic(redundancy="arm_angle").fit(robot)
 
 
 def test_degenerate_arms_are_refused_or_solved():

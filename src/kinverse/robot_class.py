@@ -107,11 +107,14 @@ def robot_class(robot: Robot) -> RobotClass:
     behind = _wrist_joints(robot, meetings, len(first.joints))
     known = _singularities(robot, spec, meetings)
     found = () if known or not _free(robot) else found_singularities(robot, rank, lines.size)
+    free = _free_parameter(robot)
+    if free is not None:
+        reason = f"seven joints are of no family: Analytic solves them at a value of {free}"
     return RobotClass(
         name=robot.name,
         family=_family(spec) if spec else None,
         why_no_family=reason,
-        free_parameter=_free_parameter(robot),
+        free_parameter=free,
         auto="Analytic" if spec and robot.dof <= AUTO_CLOSED_FORM_DOF else "Numerical",
         pairs=axis_pairs(lines, robot.kinds),
         meetings=meetings,

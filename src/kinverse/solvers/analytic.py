@@ -88,17 +88,17 @@ class Analytic(Solver):
     ways (two on one axis, parallel slides) every pose is such a continuum: a search gives members
     of it.
 
-    Arms with seven revolute joints have a free parameter: a joint, or the arm angle where shoulder
-    and wrist are spherical (the angle of the elbow about the line from shoulder to wrist, 0 in the
-    plane of axis 1 and that line, on the side axis 1 points to). ``solve_at`` gives every branch at
-    a value of it; ``solve`` sweeps it and returns every range in which a branch exists inside the
-    limits (``intervals``), with the solution in its middle, or the nearest to ``q_seed``. The sweep
-    is a search: ranges narrower than its step are found where the limit violation, or a numerical
-    search, descends to them. A pose without any is UNREACHABLE where interval arithmetic shows it,
-    OUT_OF_LIMITS where the sweep finds solutions and all miss the limits by more than 0.02 rad,
-    else NOT_FOUND. Holding an inner joint leaves another arm for each value, made when the value is
-    met: a thousand times slower; its sweep, and that of an end joint before a general arm, looks at
-    64 values and bisects to 1e-6 rad.
+    Arms with seven joints have a free parameter: a joint (a slide if there is one), or the arm
+    angle where shoulder and wrist are spherical (the angle of the elbow about the line from
+    shoulder to wrist, 0 in the plane of axis 1 and that line, on the side axis 1 points to).
+    ``solve_at`` gives every branch at a value of it; ``solve`` sweeps it and returns every range in
+    which a branch exists inside the limits (``intervals``), with the solution in its middle, or the
+    nearest to ``q_seed``. The sweep is a search: ranges narrower than its step are found where the
+    limit violation, or a numerical search, descends to them. A pose without any is UNREACHABLE
+    where interval arithmetic shows it, OUT_OF_LIMITS where the sweep finds solutions and all miss
+    the limits by more than 0.02 rad, else NOT_FOUND. Holding an inner joint leaves another arm for
+    each value, made when the value is met: a thousand times slower; its sweep, and that of an end
+    joint before a general arm, looks at 64 values and bisects to 1e-6 rad.
 
     Args:
         task: "pose"; "position" with three joints, "position_axis" with five; "planar" with three
@@ -598,7 +598,10 @@ def _range(robot: Robot, form: RedundantForm, ignore: bool) -> tuple[float, floa
     """The values of the free parameter that a sweep covers, and whether they go round."""
     if form.redundancy == ARM_ANGLE:
         return -np.pi, np.pi, True
-    low, high = robot.limits[int(form.redundancy)]
+    joint = int(form.redundancy)
+    low, high = robot.limits[joint]
+    if robot.kinds[joint] == "P":  # a sweep needs ends: a slide's limits are, heeded or not
+        return float(low), float(high), False
     middle = 0.5 * (low + high)
     if ignore or high - low > 2 * np.pi + 1e-9:
         return float(middle - np.pi), float(middle + np.pi), True

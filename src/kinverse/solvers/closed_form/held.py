@@ -150,11 +150,14 @@ class HeldJoint:
         if self._fixed is None:
             return T
         before, behind = self.robot.frames[self.joint], self.robot.frames[self.joint + 1]
-        turned = np.broadcast_to(np.eye(4), (*np.shape(value), 4, 4)).copy()
-        turned[..., 0, 0] = turned[..., 1, 1] = np.cos(value)
-        turned[..., 1, 0] = np.sin(value)
-        turned[..., 0, 1] = -turned[..., 1, 0]
-        held = np.linalg.inv(before @ turned @ behind)
+        moved = np.broadcast_to(np.eye(4), (*np.shape(value), 4, 4)).copy()
+        if self.robot.kinds[self.joint] == "P":
+            moved[..., 2, 3] = value
+        else:
+            moved[..., 0, 0] = moved[..., 1, 1] = np.cos(value)
+            moved[..., 1, 0] = np.sin(value)
+            moved[..., 0, 1] = -moved[..., 1, 0]
+        held = np.linalg.inv(before @ moved @ behind)
         return np.ascontiguousarray(held @ T if self.joint == 0 else T @ held)
 
     def _exists(self, T: Array, value: float) -> set[tuple[int, int]]:

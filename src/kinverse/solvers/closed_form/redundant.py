@@ -64,20 +64,20 @@ def redundant_form(robot: Robot, redundancy: int | str | None) -> RedundantForm:
         redundancy: a joint (index or name) or "arm_angle"; None chooses: the arm angle if shoulder
             and wrist are spherical, else the last or first joint if the arm that remains is of a
             family with quadratic equations, else the joint nearest the tool of which this is true,
-            else the last joint.
+            else the last joint. Of an arm with slides a slide is preferred, such as its rail.
 
     Raises:
         InputError: no such joint or name, or an arm angle for an arm without one.
-        NoClosedForm: a joint slides or is a mimic.
+        NoClosedForm: a joint is a mimic.
     """
-    plain = np.array_equal(robot.source, np.arange(DOF)) and robot.kinds == "R" * DOF
+    plain = np.array_equal(robot.source, np.arange(DOF)) and len(robot.kinds) == DOF
     if not (plain and (robot.multiplier == 1.0).all() and (robot.offset == 0.0).all()):
         raise NoClosedForm(
-            f"{robot.name} ({robot.kinds}): seven joints have a closed form here if all are"
-            " revolute and none is a mimic; use Numerical"
+            f"{robot.name} ({robot.kinds}): seven joints have a closed form here if none is a"
+            " mimic; use Numerical"
         )
     if redundancy is None:
-        return _chosen(robot)
+        return _chosen(robot) if "P" not in robot.kinds else _chosen_with_slides(robot)
     if redundancy == ARM_ANGLE:
         form = _arm_angle_form(robot)
         if form is None:
@@ -87,9 +87,7 @@ def redundant_form(robot: Robot, redundancy: int | str | None) -> RedundantForm:
                 f" {', '.join(robot.joint_names)} (or 0 to 6)"
             )
         return form
-    joint = _joint(robot, redundancy)
-    form_of = _end_joint_form if joint in (0, DOF - 1) else _inner_joint_form
-    return form_of(robot, joint)
+    return _joint_form(robot, _joint(robot, redundancy))
 
 
 def arm_angle(robot: Robot, form: RedundantForm, q: Array) -> Array:
@@ -147,11 +145,26 @@ def _chosen(robot: Robot) -> RedundantForm:
     return last
 
 
+def _chosen_with_slides(robot: Robot) -> RedundantForm:
+    """A slide, at an end if there is one, that leaves an arm of a family; else an end joint."""
+    ends = (0, DOF - 1)
+    slides = [joint for joint in range(DOF) if robot.kinds[joint] == "P"]
+    order = sorted({*slides, *ends}, key=lambda j: (j not in slides, j not in ends, j))
+    forms = [_joint_form(robot, joint) for joint in order]
+    return next((form for form in forms if form.lasting), forms[0])
+
+
+def _joint_form(robot: Robot, joint: int) -> RedundantForm:
+    return (_end_joint_form if joint in (0, DOF - 1) else _inner_joint_form)(robot, joint)
+
+
 def _end_joint_form(robot: Robot, joint: int) -> RedundantForm:
     """The joint held, and one arm for all its values: what moves is the target."""
     spec = closed_form_spec(end_removed(robot, joint))
     lasting = spec.family is not Family.GENERAL_6R
-    parameter = (LAST if joint else FIRST) if lasting else None
+    # the native sweep turns; slides are held one value at a time
+    is_native = lasting and "P" not in robot.kinds
+    parameter = (LAST if joint else FIRST) if is_native else None
     before, behind = robot.frames[joint], robot.frames[joint + 1]
     labels = spec.branch_labels
     return RedundantForm(joint, parameter, spec, before, behind, labels, lasting=lasting)
@@ -170,6 +183,8 @@ def _inner_joint_form(robot: Robot, joint: int) -> RedundantForm:
 
 
 def _arm_angle_form(robot: Robot) -> RedundantForm | None:
+    if "P" in robot.kinds:
+        return None
     lines = axis_lines(robot.frames, robot.kinds)
     links = links_between(lines)
     tiny = PARALLEL * lines.size
