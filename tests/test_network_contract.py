@@ -1,0 +1,92 @@
+"""Every network keeps scikit-learn's contract, and ours."""
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+from sklearn.utils.estimator_checks import parametrize_with_checks
+
+from kinverse import networks
+from kinverse.networks import make_network
+
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+
+MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
+SETTINGS = {"MLP": [{"trainer": "lbfgs", "max_iter": 100}]}
+"""Settings beside the defaults that the whole contract is held for."""
+
+
+def cases():
+    return [
+        make_network(name, **settings)
+        for name in networks.NAMES
+        for settings in SETTINGS.get(name, [{}])
+    ]
+
+
+@parametrize_with_checks(cases())
+def test_scikit_learn_finds_nothing_to_object(estimator, check):
+    check(estimator)
+
+
+@pytest.mark.parametrize("name", networks.NAMES)
+def test_only_two_may_be_poor(name):
+    assert make_network(name).__sklearn_tags__().regressor_tags.poor_score == (name in MAY_BE_POOR)
+
+
+@pytest.fixture(params=cases(), ids=repr)
+def network(request):
+    return clone(request.param)
+
+
+def smooth(rows=120, seed=3):
+    rng = np.random.default_rng(seed)
+    X = rng.uniform(-1, 1, (rows, 3))
+    return X, np.stack([np.sin(X[:, 0] + X[:, 1]), X[:, 2] * 3.0], axis=1)
+
+
+def seeded(network, seed=5):
+    if "random_state" in network.get_params():
+        network.set_params(random_state=seed)
+    return network
+
+
+def test_one_seed_gives_one_network(network):
+    X, y = smooth()
+    one, two = (seeded(clone(network)).fit(X, y) for _ in range(2))
+    np.testing.assert_array_equal(one.predict(X), two.predict(X))
+
+
+def test_the_quick_way_and_the_checked_way_agree(network):
+    X, y = smooth()
+    seeded(network).fit(X, y)
+    np.testing.assert_array_equal(network.predict(X), network.predict(X.tolist()))
+
+
+def test_constant_columns_do_no_harm(network):
+    X, y = smooth()
+    X = np.column_stack([X, np.full(len(X), 7.0)])
+    y = np.column_stack([y, np.full(len(y), -2.0)])
+    out = seeded(network).fit(X, y).predict(X)
+    assert np.isfinite(out).all()
+    np.testing.assert_allclose(out[:, 2], -2.0, atol=1e-6)
+
+
+def test_a_saved_network_predicts_the_same_bits(network, tmp_path):
+    X, y = smooth()
+    seeded(network).fit(X, y).save(tmp_path / "net.npz")
+    again = networks.load(tmp_path / "net.npz")
+    np.testing.assert_array_equal(again.predict(X), network.predict(X))
+    assert repr(again) == repr(network)
+
+
+def test_nan_is_refused_and_leaves_the_network_as_it_was(network):
+    X, y = smooth()
+    seeded(network).fit(X, y)
+    before = network.predict(X)
+    bad = X.copy()
+    bad[7, 1] = np.nan
+    with pytest.raises(ValueError, match="NaN"):
+        network.predict(bad)
+    with pytest.raises(ValueError, match="NaN"):
+        network.fit(bad, y)
+    np.testing.assert_array_equal(network.predict(X), before)
