@@ -207,6 +207,14 @@ class Solver(HasSettings):
         """A verified native table as the answer of a method beside ``solve``."""
         return Solutions(table, self._origin)
 
+    def _bound_to(self, robot: Robot) -> Self:
+        """Bind a robot to learned state that was read from a file."""
+        self.settings_ = self._check_settings()
+        _check_for_robot(self.settings_, robot)
+        self.robot_ = robot
+        self._rebind()
+        return self
+
     def _rebind(self) -> None:
         task = as_task(self.settings_.task)
         self._origin = Origin(self.robot_, task, self.branch_labels_, self.settings_.limits)

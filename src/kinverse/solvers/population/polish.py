@@ -1,6 +1,6 @@
 """Descent from the members of a population: what turns a near miss into a solution."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,18 +8,15 @@ from numpy.typing import NDArray
 from kinverse.ranking import turning
 from kinverse.robot import Robot
 from kinverse.solvers._base import Settings
-from kinverse.solvers.numerical import Numerical
+from kinverse.solvers.descent import Descent, apart
 
-__all__ = ["Polish", "Polished", "apart", "distinct"]
+__all__ = ["Polish", "Polished", "distinct"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 APART = 0.05
 """A start this near [largest joint, rad or m] to one that failed is taken to lead there too."""
-
-SHARPER = 1e-4
-"""Tolerances of the last step in the caller's: two descents to one solution then agree."""
 
 
 class Polished(NamedTuple):
@@ -32,7 +29,7 @@ class Polished(NamedTuple):
     iterations: Ints  # (N,) of the last descent
 
 
-class Polish:
+class Polish(Descent):
     """Levenberg-Marquardt from given starts, one after another, no others.
 
     Args:
@@ -41,9 +38,8 @@ class Polish:
     """
 
     def __init__(self, robot: Robot, settings: Settings) -> None:
+        super().__init__(robot, settings)
         self._turns = turning(robot)
-        self._descent = _numerical(settings, 1.0).fit(robot)
-        self._last = _numerical(settings, SHARPER).fit(robot)
 
     def first_of_each(self, T: Array, members: Array, cost: Array) -> Polished:
         """For each pose the first member, in order of cost, that leads to a solution.
@@ -84,17 +80,6 @@ class Polish:
             rank = np.where(near, np.inf, rank)
         return out
 
-    def each(self, T: Array, starts: Array) -> tuple[Array, NDArray[np.bool_], Ints, Ints]:
-        """One descent from each start (K, n): q, whether it solves, evaluations, iterations."""
-        q, found, evaluations, iterations = _refined(self._descent, T, starts)
-        done = np.flatnonzero(found)
-        if len(done):
-            # from a solution to its last digits; what rounding forbids keeps the solution
-            sharp, better, more, _ = _refined(self._last, T[done], q[done])
-            q[done[better]] = sharp[better]
-            evaluations[done] += more
-        return q, found, evaluations, iterations
-
 
 def distinct(q: Array, within: float, turns: NDArray[np.bool_]) -> Ints:
     """Rows of q (K, n), each further than ``within`` from those kept before it."""
@@ -103,27 +88,3 @@ def distinct(q: Array, within: float, turns: NDArray[np.bool_]) -> Ints:
         if not kept or apart(q[kept], row, turns, within).all():
             kept.append(k)
     return np.array(kept, dtype=np.int64)
-
-
-def apart(q: Array, other: Array, turns: NDArray[np.bool_], distance: float) -> NDArray[np.bool_]:
-    """Whether a joint of q (..., n) is off by more than ``distance``, whole turns taken off."""
-    gap = q - other
-    gap = np.where(turns, gap - 2.0 * np.pi * np.rint(gap / (2.0 * np.pi)), gap)
-    # NaN is apart from everything
-    return np.asarray(~(np.abs(gap).max(axis=-1) <= distance))
-
-
-def _numerical(settings: Settings, sharper: float) -> Numerical:
-    return Numerical(
-        task=settings.task,
-        limits=settings.limits,
-        tol_position=sharper * settings.tol_position,
-        tol_rotation=sharper * settings.tol_rotation,
-    )
-
-
-def _refined(solver: Numerical, T: Array, starts: Array) -> tuple[Array, Any, Any, Any]:
-    q, found, evaluations, iterations, *_ = solver._native.refine(
-        np.ascontiguousarray(T), np.ascontiguousarray(starts)
-    )
-    return q, found.astype(np.bool_), evaluations, iterations

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from kinverse.optimizers import History, Optimizer, Run
 from kinverse.optimizers.streams import Streams
 from kinverse.solvers._base import Proposal
+from kinverse.solvers.descent import apart
 from kinverse.solvers.population.objective import PoseObjective
-from kinverse.solvers.population.polish import Polish, apart, distinct
+from kinverse.solvers.population.polish import Polish, distinct
 
 __all__ = ["PopulationSearch"]
 

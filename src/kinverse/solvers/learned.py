@@ -1,0 +1,242 @@
+"""Networks predict, a descent finishes, the robot's own forward kinematics judges."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.errors import InputError
+from kinverse.ranking import turning
+from kinverse.robot import LIMIT_SLACK, Robot
+from kinverse.solvers._base import Proposal
+from kinverse.solvers.descent import Descent
+from kinverse.solvers.trained.branch_labels import branch_labels
+from kinverse.solvers.trained.examples import by_branch, nearest_middle, unchanged
+from kinverse.solvers.trained.expert import Expert
+from kinverse.solvers.trained.rounds import Rounds, Starts
+from kinverse.solvers.trained.trained import Trained, check_whole
+from kinverse.task import as_task
+
+__all__ = ["REFINES", "Learned"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+REFINES = {"newton": "newton_raphson", "lm": "lm"}
+"""The descents by name: of ``Learned``, of ``Numerical``."""
+
+HIDDEN, EPOCHS = (60,), 40
+"""The network where none is given: large enough for a start, trained in a second a branch."""
+
+MOST_SAMPLES, MOST_NEIGHBORS = 10_000_000, 1000
+
+
+class Learned(Trained):
+    """A network's prediction, refined and verified; one network for each branch.
+
+    ``fit`` draws joint values inside the limits and learns the way back from the poses they reach.
+    Where the robot has a closed form with named branches, it labels the examples, and each branch
+    has a network of its own: all of them are asked. Elsewhere there is one network, whose examples
+    are the solutions nearest the middle of the limits, so that a pose has one answer; or, with
+    ``virtual``, the joints drawn, told apart by the virtual vector. At solving no closed form is
+    used.
+
+    A prediction that does not lead to a solution is followed by the examples nearest to the pose.
+    Without ``refine`` a prediction is the answer where it meets the tolerances by itself; elsewhere
+    the pose is NOT_FOUND, the prediction is in ``stats.best_q`` and its true error beside it.
+
+    Args:
+        network: a regressor of several outputs in scikit-learn's manner, such as those of
+            ``kinverse.networks``; None: ``MLP((60,), max_iter=40)``.
+        features: what it is told of a pose: "xyz+matrix", "xyz+quat", "xyz+rpy", "xyz" or a
+            ``PoseFeatures``.
+        virtual: a ``VirtualVector`` or its kind, which completes a redundant arm's task space
+            (document 003). What is no function of the pose is taken from the nearest example.
+        n_samples: examples for each network.
+        keep: which examples to learn: a predicate or several, see ``kinverse.learning.sample``.
+        refine: "newton" (full steps; limits are looked at afterwards), "lm"
+            (Levenberg-Marquardt inside the limits) or None.
+        neighbors: how many of the nearest examples are tried after the prediction.
+        random_state: seed of the examples and of the network.
+        progress: called with (text, share done) now and then while ``fit`` works; True ends it.
+        task: see ``kinverse.task``.
+        tol_position: largest position error [m].
+        tol_rotation: largest rotation error [rad].
+        windings: "nearest" or "all".
+        limits: "hold" or "ignore".
+
+    Attributes:
+        experts_: the trained networks with their examples.
+        branch_labels_: names of the branches they stand for.
+
+    Raises:
+        InputError: (fit) a setting that is not valid, or examples that cannot be made.
+        MissingExtra: (fit) scikit-learn is not installed.
+
+    Example:
+        >>> solver = kv.Learned(n_samples=5000).fit(kv.load("kr16"))
+        >>> solver.solve(T).q
+    """
+
+    def __init__(
+        self,
+        network: Any = None,
+        *,
+        features: Any = "xyz+matrix",
+        virtual: Any = None,
+        n_samples: int = 5000,
+        keep: Any = None,
+        refine: str | None = "newton",
+        neighbors: int = 8,
+        random_state: int = 0,
+        progress: Callable[[str, float], Any] | None = None,
+        task: str = "pose",
+        tol_position: float = 1e-6,
+        tol_rotation: float = 1e-6,
+        windings: str = "nearest",
+        limits: str = "hold",
+    ) -> None:
+        self.network = network
+        self.features = features
+        self.virtual = virtual
+        self.n_samples = n_samples
+        self.keep = keep
+        self.refine = refine
+        self.neighbors = neighbors
+        self.random_state = random_state
+        self.progress = progress
+        self.task = task
+        self.tol_position = tol_position
+        self.tol_rotation = tol_rotation
+        self.windings = windings
+        self.limits = limits
+
+    # Training ---------------------------------------------------------------------------------
+
+    def _fit(self, robot: Robot) -> None:
+        from kinverse.learning import PoseFeatures, VirtualVector
+
+        self._check()
+        features, virtual = self.features, self.virtual
+        if not isinstance(features, PoseFeatures):
+            features = PoseFeatures(features)
+        if virtual is not None and not isinstance(virtual, VirtualVector):
+            virtual = VirtualVector(virtual)
+        rng = np.random.default_rng(self.random_state)
+        self._tell("examples", 0.0)
+        labels = None if virtual is not None else branch_labels(robot, self.settings_.task)
+        self.branches_ = np.zeros(1, np.int64)
+        if labels is not None:
+            groups = by_branch(robot, labels, self.n_samples, rng, self.keep)
+            self.branch_labels_, self.branches_ = labels.names, np.array(list(groups), np.int64)
+            sets = list(groups.values())
+        elif virtual is not None:
+            sets = [unchanged(robot, self.n_samples, rng, self.keep)]
+        else:
+            sets = [nearest_middle(robot, self.settings_, self.n_samples, rng, self.keep)]
+        if not sets:
+            raise InputError(f"no branch of {robot.name!r} has enough examples inside the limits")
+        rotations = as_task(self.settings_.task).rotation > 0
+        self.experts_ = []
+        for k, examples in enumerate(sets):
+            label = labels.names[self.branches_[k]] if labels else robot.name
+            network = self._new_network(k, label, len(sets))
+            expert = Expert(robot, network, features, virtual, examples, rotations)
+            self.experts_.append(expert)
+        self._remember()
+        self._tell("done", 1.0)
+
+    def _default_network(self) -> Any:
+        from kinverse.networks import MLP
+
+        return MLP(HIDDEN, max_iter=EPOCHS)
+
+    def _remember(self) -> None:
+        self.refine_, self.neighbors_ = self.refine, int(self.neighbors)
+
+    def _check(self) -> None:
+        self._check_training()
+        if self.refine is not None and self.refine not in REFINES:
+            raise InputError(f"refine must be {', '.join(REFINES)} or None, got {self.refine!r}")
+        check_whole("n_samples", self.n_samples, 2, MOST_SAMPLES)
+        check_whole("neighbors", self.neighbors, 0, MOST_NEIGHBORS)
+
+    # Solving ----------------------------------------------------------------------------------
+
+    def _bind(self) -> None:
+        robot, settings = self.robot_, self.settings_
+        self._turns = turning(robot)
+        self._rounds = None
+        if self.refine_ is None:
+            return
+        labels = branch_labels(robot, settings.task) if self.branch_labels_ else None
+        self._rounds = Rounds(
+            Descent(robot, settings, REFINES[self.refine_]),
+            None if labels is None else self._branch_numbers(labels.of),
+            self._is_inside,
+            1 + min(self.neighbors_, min(len(expert.neighbours) for expert in self.experts_)),
+        )
+
+    def _branch_numbers(self, of: Callable[[Array], Ints]) -> Callable[[Array], Ints]:
+        """Branches of configurations as numbers of the networks, -1 where there is none."""
+        numbers = np.full(len(self.branch_labels_) + 1, -1)
+        numbers[self.branches_] = np.arange(len(self.branches_))
+        return lambda q: numbers[of(q)]
+
+    def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
+        N, B = len(T), len(self.experts_)
+        if self._rounds is None:
+            q = self._predicted(T).reshape(N * B, -1)
+            poses, numbers = np.divmod(np.arange(N * B), B)
+            branch = self._branch(numbers)
+            return Proposal(q, poses, branch, evaluations=np.full(N, B))
+        found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T))
+        # of a branch without a solution the attempt is shown only where no branch has one
+        shown = found.solved | ~found.solved.any(axis=1, keepdims=True)
+        poses, numbers = np.nonzero(shown)
+        return Proposal(
+            found.q[poses, numbers],
+            poses,
+            self._branch(numbers),
+            evaluations=found.evaluations,
+            starts=found.starts.sum(axis=1),
+        )
+
+    def _starts(self, T: Array) -> Starts:
+        """The prediction first, then the nearest examples, looked up where they are asked for."""
+        near: dict[int, Ints] = {}
+
+        def start(branch: int, poses: Ints, k: int) -> Array:
+            expert = self.experts_[branch]
+            if k == 0:
+                return expert.predict(self.robot_, T[poses])
+            if branch not in near:
+                near[branch] = np.full((len(T), self.neighbors_), -1)
+            unknown = poses[near[branch][poses, 0] < 0]
+            if len(unknown):
+                near[branch][unknown] = expert.neighbours.of(T[unknown], self.neighbors_)
+            return np.asarray(expert.neighbours.q[near[branch][poses, k - 1]])
+
+        return start
+
+    def _branch(self, numbers: Ints) -> NDArray[np.int32]:
+        if not self.branch_labels_:
+            return np.full(len(numbers), -1, np.int32)
+        return self.branches_[numbers].astype(np.int32)
+
+    def _is_inside(self, q: Array) -> NDArray[np.bool_]:
+        """Whether joint values (K, n) keep the limits, by another winding if need be."""
+        if self.settings_.limits == "ignore":
+            return np.ones(len(q), np.bool_)
+        low, high = self.robot_.limits.T
+        # a whole turn further in may be inside
+        turns = np.where(self._turns, np.ceil((low - LIMIT_SLACK - q) / (2.0 * np.pi)), 0.0)
+        inside = q + 2.0 * np.pi * turns
+        good: NDArray[np.bool_] = (
+            (inside >= low - LIMIT_SLACK) & (inside <= high + LIMIT_SLACK)
+        ).all(axis=1)
+        return good
+
+    def _predicted(self, T: Array) -> Array:
+        return np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)

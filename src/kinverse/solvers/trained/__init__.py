@@ -1,0 +1,1 @@
+"""What the learned solvers are made of: examples, experts, descents and files."""

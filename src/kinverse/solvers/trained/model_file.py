@@ -1,0 +1,107 @@
+"""Trained solvers in files: networks, examples, settings and whose robot they are for."""
+
+import hashlib
+import os
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.errors import InputError
+from kinverse.networks import storage
+from kinverse.robot import Robot
+from kinverse.solvers._base import Solver
+
+__all__ = ["KIND", "load", "save", "solver_name"]
+
+Arrays = dict[str, NDArray[Any]]
+AnySolver = TypeVar("AnySolver", bound=Solver)
+
+KIND = "trained solver"
+OF_THE_SESSION = {"network", "keep", "progress", "features", "virtual"}
+"""Settings that are not written as they are: functions stay behind, objects have their own form."""
+
+
+def save(solver: Any, path: "str | os.PathLike[str]") -> None:
+    """Write a fitted ``Learned`` or ``Fusion``; see ``Learned.save``."""
+    if not solver.is_fitted:
+        name = type(solver).__name__
+        raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
+    robot = solver.robot_
+    settings = {k: v for k, v in solver.get_params().items() if k not in OF_THE_SESSION}
+    parts: list[Any] = []
+    arrays: Arrays = {}
+    for k, expert in enumerate(solver.experts_):
+        head, own = expert.packed()
+        parts.append(head)
+        arrays |= {f"{k}.{name}": array for name, array in own.items()}
+    header = {
+        "solver": type(solver).__name__,
+        "robot": robot.name,
+        "fingerprint": fingerprint(robot),
+        "settings": {key: _plain(key, value) for key, value in settings.items()},
+        "branch_labels": list(solver.branch_labels_),
+        "experts": parts,
+    }
+    storage.write(path, KIND, header, arrays)
+
+
+def load(cls: type[AnySolver], path: "str | os.PathLike[str]", robot: Robot) -> AnySolver:
+    """The solver that ``save`` wrote, bound to its robot; nothing is half loaded."""
+    header, arrays = storage.read(path, KIND)
+    where = str(path)
+    _check_names(cls.__name__, header, robot, where)
+    try:
+        solver = cls(**header["settings"])
+        solver._restore(
+            robot,
+            header["branch_labels"],
+            [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
+            where,
+        )  # type: ignore[attr-defined]
+    except (KeyError, TypeError, AttributeError, IndexError) as error:
+        raise InputError(f"{where}: the header is not as it was written ({error!r})") from error
+    return solver
+
+
+def solver_name(path: "str | os.PathLike[str]") -> str:
+    """The class of the solver in a file, "Learned" or "Fusion"; raises as ``load`` does."""
+    name = storage.read(path, KIND)[0].get("solver")
+    return str(name)
+
+
+def fingerprint(robot: Robot) -> str:
+    """A number made of everything that joint values depend on; the names do not count."""
+    digest = hashlib.sha256(robot.kinds.encode())
+    for array in (robot.frames, robot.limits, robot.source, robot.multiplier, robot.offset):
+        # another machine's sine may differ in the last bit
+        digest.update((np.round(np.asarray(array, dtype=np.float64), 9) + 0.0).tobytes())
+    return digest.hexdigest()
+
+
+def _check_names(name: str, header: Mapping[str, Any], robot: Robot, where: str) -> None:
+    if header.get("solver") != name:
+        raise InputError(f"{where}: holds a {header.get('solver')}, not a {name}")
+    if header.get("fingerprint") != fingerprint(robot):
+        theirs = header.get("robot")
+        raise InputError(
+            f"{where}: trained for the robot {theirs!r}, not for {robot.name!r}"
+            if theirs != robot.name
+            else f"{where}: trained for another {robot.name!r}: its geometry, limits or tool differ"
+        )
+
+
+def _of_part(arrays: Mapping[str, NDArray[Any]], k: int) -> Arrays:
+    start = f"{k}."
+    return {key[len(start) :]: value for key, value in arrays.items() if key.startswith(start)}
+
+
+def _plain(key: str, value: Any) -> Any:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, (tuple, list, np.ndarray)):
+        return np.asarray(value, dtype=np.float64).tolist()
+    raise InputError(f"the setting {key}={value!r} cannot be saved without code")

@@ -1,0 +1,159 @@
+"""The base of solvers that are trained: common settings, progress, files."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinverse import se3
+from kinverse.errors import InputError
+from kinverse.robot import Robot
+from kinverse.solvers._base import Solver
+from kinverse.solvers.trained import model_file
+from kinverse.solvers.trained.expert import Expert
+
+__all__ = ["Trained", "check_whole"]
+
+Array = NDArray[np.float64]
+
+MOST_SEED = 2**32 - 1
+"""The largest seed that scikit-learn's networks take."""
+
+
+class Trained(Solver):
+    """A solver whose ``fit`` trains networks: ``network``, ``random_state``, ``progress``.
+
+    Attributes:
+        experts_: the trained networks with their examples.
+    """
+
+    network: Any
+    random_state: int
+    progress: Callable[[str, float], Any] | None
+    experts_: list[Any]
+    _expert: ClassVar[Any] = Expert
+
+    # Training ---------------------------------------------------------------------------------
+
+    def _check_training(self) -> None:
+        check_whole("random_state", self.random_state, 0, MOST_SEED)
+        for name in ("fit", "predict", "get_params"):
+            if self.network is not None and not hasattr(self.network, name):
+                raise InputError(
+                    "network must be a regressor with fit, predict and get_params, such as those"
+                    f" of kinverse.networks, got {self.network!r}"
+                )
+        if self.progress is not None and not callable(self.progress):
+            raise InputError(f"progress must be a function, got {self.progress!r}")
+
+    def _default_network(self) -> Any:
+        """What is trained where ``network`` is None."""
+        raise NotImplementedError
+
+    def _new_network(self, number: int, label: str, total: int) -> Any:
+        """A fresh network: its seed made of ours and its number, its epochs told to ``progress``."""
+        if self.network is None:
+            network = self._default_network()
+        else:
+            from sklearn.base import clone
+
+            network = clone(self.network)
+        settings = network.get_params()
+        if settings.get("random_state", 0) is None:
+            network.set_params(random_state=(self.random_state + number) % MOST_SEED)
+        if self.progress is not None and settings.get("callback", 0) is None:
+            network.set_params(
+                callback=lambda p: self._tell(label, (number + p.epoch / p.max_epochs) / total)
+            )
+        self._tell(label, number / total)
+        return network
+
+    def _tell(self, text: str, done: float) -> bool:
+        return self.progress is not None and bool(self.progress(text, done))
+
+    # Solving ----------------------------------------------------------------------------------
+
+    def predict(self, T: ArrayLike) -> Array:
+        """What the networks say, neither refined nor verified.
+
+        Args:
+            T: (4, 4) or (N, 4, 4) poses.
+
+        Returns:
+            (N, B, n) joint values, one for each pose and network.
+
+        Raises:
+            InputError: not fitted, or a pose that cannot be used.
+
+        Example:
+            >>> solver.predict(T)[:, 0]
+        """
+        if not self.is_fitted:
+            name = type(self).__name__
+            raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
+        return self._predicted(se3.as_poses(T))
+
+    def _predicted(self, T: Array) -> Array:
+        raise NotImplementedError
+
+    # Files ------------------------------------------------------------------------------------
+
+    def save(self, path: "str | os.PathLike[str]") -> None:
+        """Write the trained solver to a .npz file that holds no code.
+
+        ``network``, ``keep`` and ``progress`` are not written: what they made is.
+
+        Raises:
+            InputError: not fitted, or a network that is none of ``kinverse.networks``.
+            OSError: the file cannot be written.
+
+        Example:
+            >>> solver.save("kr16.npz")
+        """
+        model_file.save(self, path)
+
+    @classmethod
+    def load(cls, path: "str | os.PathLike[str]", robot: Robot) -> Self:
+        """The solver that ``save`` wrote, fitted.
+
+        Args:
+            path: the file.
+            robot: the robot that it was trained for.
+
+        Raises:
+            InputError: no model file, a damaged one, one of another version, or trained for
+                another robot (both are named).
+            FileNotFoundError: no such file.
+
+        Example:
+            >>> kv.Learned.load("kr16.npz", kv.load("kr16")).solve(T)
+        """
+        return model_file.load(cls, path, robot)
+
+    def _restore(
+        self,
+        robot: Robot,
+        labels: Sequence[str],
+        experts: Sequence[tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]],
+        where: str,
+    ) -> None:
+        self.branch_labels_ = tuple(labels)
+        self.experts_ = [self._expert.unpacked(head, arrays, where) for head, arrays in experts]
+        from sklearn.base import clone
+
+        self.network = clone(self.experts_[0].network)
+        self._remember()
+        self._bound_to(robot)
+
+    def _remember(self) -> None:
+        """Take over the settings that solving heeds into attributes that end in ``_``."""
+
+
+def check_whole(name: str, value: Any, least: int, most: int) -> None:
+    """Refuse a setting that is no whole number in [least, most] (InputError)."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise InputError(f"{name} must be a whole number, got {value!r}")
+    if not least <= value <= most:
+        raise InputError(f"{name} must lie in {least}..{most}, got {value!r}")
