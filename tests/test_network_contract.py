@@ -11,7 +11,15 @@ from kinverse.networks import make_network
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
-SETTINGS = {"MLP": [{"trainer": "lbfgs", "max_iter": 100}]}
+SETTINGS = {
+    "MLP": [{"trainer": "lbfgs", "max_iter": 100}],
+    "RBFNetwork": [
+        {},
+        {"n_neurons": 20, "selection": "residual", "goal": 1e-4, "goal_kind": "sse"},
+        {"n_neurons": 40, "selection": "random", "spread": 2.0},
+        {"selection": "exact", "spread": "dmax", "scaling": None},
+    ],
+}
 """Settings beside the defaults that the whole contract is held for."""
 
 
