@@ -7,6 +7,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from kinverse import networks
 from kinverse.networks import make_network
+from kinverse.optimizers import DifferentialEvolution
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
@@ -18,6 +19,11 @@ SETTINGS = {
         {"n_neurons": 20, "selection": "residual", "goal": 1e-4, "goal_kind": "sse"},
         {"n_neurons": 40, "selection": "random", "spread": 2.0},
         {"selection": "exact", "spread": "dmax", "scaling": None},
+    ],
+    "SwarmRBF": [
+        {},
+        {"n_neurons": 4, "max_evals": 500, "optimizer": "gwo", "early_stopping": True},
+        {"n_neurons": 6, "max_evals": 500, "optimizer": DifferentialEvolution(population=20)},
     ],
 }
 """Settings beside the defaults that the whole contract is held for."""
