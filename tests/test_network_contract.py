@@ -7,11 +7,25 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from kinverse import networks
 from kinverse.networks import make_network
+from kinverse.optimizers import DifferentialEvolution
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
-SETTINGS = {"MLP": [{}, {"trainer": "lbfgs", "max_iter": 100}]}
+SETTINGS = {
+    "MLP": [{}, {"trainer": "lbfgs", "max_iter": 100}],
+    "RBFNetwork": [
+        {},
+        {"n_neurons": 20, "selection": "residual", "goal": 1e-4, "goal_kind": "sse"},
+        {"n_neurons": 40, "selection": "random", "spread": 2.0},
+        {"selection": "exact", "spread": "dmax", "scaling": None},
+    ],
+    "SwarmRBF": [
+        {},
+        {"n_neurons": 4, "max_evals": 500, "optimizer": "gwo", "early_stopping": True},
+        {"n_neurons": 6, "max_evals": 500, "optimizer": DifferentialEvolution(population=20)},
+    ],
+}
 """Settings beside the defaults that the whole contract is held for."""
 
 

@@ -16,6 +16,8 @@ __all__ = ["NAMES", "load", "make_network"]
 
 _LAZY: dict[str, str] = {
     "MLP": "mlp",
+    "RBFNetwork": "rbf",
+    "SwarmRBF": "swarm_rbf",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
