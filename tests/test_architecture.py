@@ -78,9 +78,13 @@ BESIDE = {
 SOLVER_RANKS = {
     "_base": 0,
     "numerical": 0.3,
+    "descent": 0.5,
     "closed_form": 0.6,
     "population": 1.6,  # it descends with Numerical
     "swarm": 1.8,
+    "trained": 1.6,  # it descends with Numerical, and Analytic labels its examples
+    "learned": 1.8,
+    "fusion": 1.8,
     "compose": 2,
     "registry": 3,
     "__init__": 4,

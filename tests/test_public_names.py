@@ -4,6 +4,7 @@ import kinverse as kv
 
 NAMES = """
 Analytic FirstOf InputError KinverseError MissingExtra ModelError NoClosedForm NoSolution Numerical
+Fusion Learned
 Proposal Robot Seeded Solutions Solver Status Swarm __version__ check_solver load pose set_threads
 solve solver_names
 """.split()

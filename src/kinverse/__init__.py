@@ -30,14 +30,18 @@ from kinverse.status import Status
 if typing.TYPE_CHECKING:
     from kinverse.conformance import check_solver
     from kinverse.solvers.analytic import Analytic
+    from kinverse.solvers.fusion import Fusion
+    from kinverse.solvers.learned import Learned
     from kinverse.solvers.numerical import Numerical
     from kinverse.solvers.swarm import Swarm
 
 __all__ = [
     "Analytic",
     "FirstOf",
+    "Fusion",
     "InputError",
     "KinverseError",
+    "Learned",
     "MissingExtra",
     "ModelError",
     "NoClosedForm",
@@ -65,6 +69,8 @@ __version__: str
 # loaded when first asked for, which keeps `import kinverse` near the cost of NumPy's own import
 _LAZY = {
     "Analytic": "kinverse.solvers.analytic",
+    "Fusion": "kinverse.solvers.fusion",
+    "Learned": "kinverse.solvers.learned",
     "Numerical": "kinverse.solvers.numerical",
     "Swarm": "kinverse.solvers.swarm",
     "check_solver": "kinverse.conformance",

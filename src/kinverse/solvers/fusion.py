@@ -22,8 +22,8 @@ __all__ = ["Fusion"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-NEURONS, SPREAD = 68, 0.75
-"""Document 000's network: as many neurons, and the spread of its Gaussians."""
+NEURONS, SPREAD = 68, 3.0
+"""Document 000's neurons; its spread of 0.75 belongs to inputs that are not scaled."""
 
 MOST_POSES = 2000
 """Pairs grow with the square: four million patterns."""
@@ -51,7 +51,8 @@ class Fusion(Trained):
     a region of a few degrees about one configuration, ``kinverse.bench`` prints which).
 
     Args:
-        network: a regressor of several outputs; None: ``RBFNetwork`` of 68 neurons, spread 0.75.
+        network: a regressor of several outputs; None: ``RBFNetwork`` of 68 neurons, spread 3
+            in scaled inputs.
         features: what it is told of a pose: "xyz+rpy" (the document's) or another kind of
             ``PoseFeatures``; differences of angles are wrapped.
         n_poses: training poses.
@@ -167,7 +168,10 @@ class Fusion(Trained):
         return (start + expert.predict(P, expert.features.difference(P, target)))[:, None]
 
     def _start(self, T: Array, q_seed: Array | None) -> Array:
-        return q_seed if q_seed is not None else self.experts_[0].neighbours.first(T)
+        if q_seed is not None:
+            return q_seed
+        first: Array = self.experts_[0].neighbours.first(T)
+        return first
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         q, arrived, evaluations = self._loop(T, self._start(T, q_seed))

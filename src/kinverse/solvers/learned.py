@@ -182,7 +182,7 @@ class Learned(Trained):
         """Branches of configurations as numbers of the networks, -1 where there is none."""
         numbers = np.full(len(self.branch_labels_) + 1, -1)
         numbers[self.branches_] = np.arange(len(self.branches_))
-        return lambda q: numbers[of(q)]
+        return lambda q: np.asarray(numbers[of(q)])
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         N, B = len(T), len(self.experts_)
@@ -233,10 +233,9 @@ class Learned(Trained):
         # a whole turn further in may be inside
         turns = np.where(self._turns, np.ceil((low - LIMIT_SLACK - q) / (2.0 * np.pi)), 0.0)
         inside = q + 2.0 * np.pi * turns
-        good: NDArray[np.bool_] = (
-            (inside >= low - LIMIT_SLACK) & (inside <= high + LIMIT_SLACK)
-        ).all(axis=1)
-        return good
+        return np.asarray(
+            ((inside >= low - LIMIT_SLACK) & (inside <= high + LIMIT_SLACK)).all(axis=1)
+        )
 
     def _predicted(self, T: Array) -> Array:
         return np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)

@@ -3,7 +3,7 @@
 import hashlib
 import os
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from kinverse.errors import InputError
 from kinverse.networks import storage
 from kinverse.robot import Robot
-from kinverse.solvers._base import Solver
 
 __all__ = ["KIND", "load", "save", "solver_name"]
 
 Arrays = dict[str, NDArray[Any]]
-AnySolver = TypeVar("AnySolver", bound=Solver)
 
 KIND = "trained solver"
 OF_THE_SESSION = {"network", "keep", "progress", "features", "virtual"}
@@ -47,7 +45,7 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
     storage.write(path, KIND, header, arrays)
 
 
-def load(cls: type[AnySolver], path: "str | os.PathLike[str]", robot: Robot) -> AnySolver:
+def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
     """The solver that ``save`` wrote, bound to its robot; nothing is half loaded."""
     header, arrays = storage.read(path, KIND)
     where = str(path)
@@ -59,7 +57,7 @@ def load(cls: type[AnySolver], path: "str | os.PathLike[str]", robot: Robot) -> 
             header["branch_labels"],
             [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
             where,
-        )  # type: ignore[attr-defined]
+        )
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise InputError(f"{where}: the header is not as it was written ({error!r})") from error
     return solver

@@ -53,7 +53,7 @@ class Trained(Solver):
         raise NotImplementedError
 
     def _new_network(self, number: int, label: str, total: int) -> Any:
-        """A fresh network: its seed made of ours and its number, its epochs told to ``progress``."""
+        """A fresh network with a seed of its own, whose epochs ``progress`` is told."""
         if self.network is None:
             network = self._default_network()
         else:
@@ -130,7 +130,8 @@ class Trained(Solver):
         Example:
             >>> kv.Learned.load("kr16.npz", kv.load("kr16")).solve(T)
         """
-        return model_file.load(cls, path, robot)
+        solver: Self = model_file.load(cls, path, robot)
+        return solver
 
     def _restore(
         self,
