@@ -174,7 +174,7 @@ class Learned(Trained):
         self._rounds = Rounds(
             Descent(robot, settings, REFINES[self.refine_]),
             None if labels is None else self._branch_numbers(labels.of),
-            self._is_inside,
+            self._is_final,
             1 + min(self.neighbors_, min(len(expert.neighbours) for expert in self.experts_)),
         )
 
@@ -225,9 +225,14 @@ class Learned(Trained):
             return np.full(len(numbers), -1, np.int32)
         return self.branches_[numbers].astype(np.int32)
 
-    def _is_inside(self, q: Array) -> NDArray[np.bool_]:
-        """Whether joint values (K, n) keep the limits, by another winding if need be."""
-        if self.settings_.limits == "ignore":
+    def _is_final(self, q: Array) -> NDArray[np.bool_]:
+        """Whether solutions (K, n) end a search.
+
+        One of an arm with joints to spare does inside the limits, by another winding if need be;
+        any other is the only one of its branch.
+        """
+        spare = self.robot_.dof > as_task(self.settings_.task).size
+        if not spare or self.settings_.limits == "ignore":
             return np.ones(len(q), np.bool_)
         low, high = self.robot_.limits.T
         # a whole turn further in may be inside

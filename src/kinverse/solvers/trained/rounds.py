@@ -20,23 +20,23 @@ Starts = Callable[[int, Ints, int], Array]
 class Found(NamedTuple):
     """What was found for N poses and B branches."""
 
-    q: Array  # (N, B, n) the solution, one outside the limits, or where the first descent ended
+    q: Array  # (N, B, n) the final solution, else another, else where the first descent ended
     solved: Flags  # (N, B) whether q solves
-    inside: Flags  # (N, B) whether it does so inside the limits
+    final: Flags  # (N, B) whether it is final
     starts: Ints  # (N, B) descents made
     evaluations: Ints  # (N,)
     iterations: Ints  # (N, B) of the last descent
 
 
 class Rounds:
-    """Round after round every branch that has no solution inside the limits takes its next start.
+    """Round after round every branch that has no final solution takes its next start.
 
     A solution counts for the branch it lies on: one that a descent strayed to is not lost.
 
     Args:
         descent: how one start is followed.
         branch_of: q (K, n) -> the branch each lies on; None: there is one only.
-        is_inside: q (K, n) -> whether it keeps the limits.
+        is_final: q (K, n) -> whether a solution ends the search of its branch.
         most: starts of a pose and branch, at most.
     """
 
@@ -44,10 +44,10 @@ class Rounds:
         self,
         descent: Descent,
         branch_of: Callable[[Array], Ints] | None,
-        is_inside: Callable[[Array], Flags],
+        is_final: Callable[[Array], Flags],
         most: int,
     ) -> None:
-        self._descent, self._branch_of, self._is_inside = descent, branch_of, is_inside
+        self._descent, self._branch_of, self._is_final = descent, branch_of, is_final
         self._most = most
 
     def solve(self, T: Array, branches: int, dof: int, starts: Starts) -> Found:
@@ -62,7 +62,7 @@ class Rounds:
             np.full((N, branches), -1),
         )
         for k in range(self._most):
-            open_ = ~found.inside
+            open_ = ~found.final
             if not open_.any():
                 break
             for branch in range(branches):
@@ -83,10 +83,10 @@ class Rounds:
         good = np.flatnonzero(solves)
         q, poses = q[good], poses[good]
         numbers = np.full(len(q), branch) if self._branch_of is None else self._branch_of(q)
-        inside = self._is_inside(q)
-        # better than what the branch has: a first solution, or the first inside the limits
+        final = self._is_final(q)
+        # better than what the branch has: a first solution, or the first that is final
         own = numbers >= 0
-        own &= ~found.inside[poses, numbers] & (inside | ~found.solved[poses, numbers])
+        own &= ~found.final[poses, numbers] & (final | ~found.solved[poses, numbers])
         found.q[poses[own], numbers[own]] = q[own]
         found.solved[poses[own], numbers[own]] = True
-        found.inside[poses[own], numbers[own]] = inside[own]
+        found.final[poses[own], numbers[own]] = final[own]
