@@ -7,11 +7,19 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from kinverse import networks
 from kinverse.networks import make_network
+from kinverse.optimizers import GreyWolf
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
-SETTINGS = {"MLP": [{"trainer": "lbfgs", "max_iter": 100}]}
+SETTINGS = {
+    "MLP": [{"trainer": "lbfgs", "max_iter": 100}],
+    "SwarmMLP": [
+        {"max_evals": 5000},
+        {"optimizer": "ga", "encoding": "binary", "max_evals": 2000},
+        {"optimizer": GreyWolf(population=30), "encoding": "matrix", "max_evals": 2000},
+    ],
+}
 """Settings beside the defaults that the whole contract is held for."""
 
 

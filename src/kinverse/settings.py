@@ -49,6 +49,10 @@ class HasSettings:
                 raise TypeError(f"{type(self).__name__}.__init__ altered its setting {name!r}")
         return fresh
 
+    def __sklearn_clone__(self) -> Self:
+        # scikit-learn's clone asks for this: an estimator may have such an object as a setting
+        return self.clone()
+
     def __repr__(self) -> str:
         parameters = _parameters(type(self))
         shown = ", ".join(

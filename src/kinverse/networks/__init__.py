@@ -16,6 +16,7 @@ __all__ = ["NAMES", "load", "make_network"]
 
 _LAZY: dict[str, str] = {
     "MLP": "mlp",
+    "SwarmMLP": "swarm_mlp",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
