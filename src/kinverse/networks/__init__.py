@@ -15,12 +15,13 @@ from kinverse.errors import MissingExtra
 __all__ = ["NAMES", "load", "make_network"]
 
 _LAZY: dict[str, str] = {
+    "Elman": "elman",
     "MLP": "mlp",
     "SwarmMLP": "swarm_mlp",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
-_ELSEWHERE = {"Progress": "monitor", "load": "storage"}
+_ELSEWHERE = {"Progress": "monitor", "load": "storage", "windows": "elman"}
 
 
 def make_network(name: str, **settings: typing.Any) -> typing.Any:
