@@ -21,7 +21,7 @@ _LAZY: dict[str, str] = {
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
-_ELSEWHERE = {"Progress": "monitor", "load": "storage", "windows": "elman"}
+_ELSEWHERE = {"Progress": "monitor", "load": "storage", "tune": "tuner", "windows": "elman"}
 
 
 def make_network(name: str, **settings: typing.Any) -> typing.Any:
