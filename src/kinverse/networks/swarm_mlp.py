@@ -29,8 +29,9 @@ class SwarmMLP(IterativeNetwork):
     MLP-PSO, -GA, -GWO, -TLBO and -CIBO by ``optimizer="pso"``, "ga", "gwo", "tlbo", "cibo". The
     method minimises E = (1/q) sum_k sum_i (o - y)^2 on the scaled rows (equations 5.37 to 5.39); a
     whole generation is evaluated at once. Biases are added: the document subtracts them, which in
-    bounds that are alike on both sides describes the same networks. It learns far less well than
-    ``MLP``: it is here to be compared.
+    bounds that are alike on both sides describes the same networks. The first generation fills the
+    bounds; the document draws it in [0, 1]. It learns far less well than ``MLP``: it is here to be
+    compared.
 
     Args:
         hidden: units of the hidden layer, (h,) or h.
