@@ -7,7 +7,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from kinverse import networks
 from kinverse.networks import make_network
-from kinverse.optimizers import DifferentialEvolution
+from kinverse.optimizers import DifferentialEvolution, GreyWolf
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
@@ -24,6 +24,11 @@ SETTINGS = {
         {},
         {"n_neurons": 4, "max_evals": 500, "optimizer": "gwo", "early_stopping": True},
         {"n_neurons": 6, "max_evals": 500, "optimizer": DifferentialEvolution(population=20)},
+    ],
+    "SwarmMLP": [
+        {"max_evals": 5000},
+        {"optimizer": "ga", "encoding": "binary", "max_evals": 2000},
+        {"optimizer": GreyWolf(population=30), "encoding": "matrix", "max_evals": 2000},
     ],
 }
 """Settings beside the defaults that the whole contract is held for."""

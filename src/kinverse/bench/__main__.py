@@ -17,6 +17,7 @@ from kinverse.bench.sections import (
     general_speed,
     importing,
     known_minima,
+    networks_swarm,
     pairs,
     reach,
     seven,
@@ -24,6 +25,7 @@ from kinverse.bench.sections import (
     swarm,
     swarm_answers,
 )
+from kinverse.errors import MissingExtra
 
 SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "closed_form": closed_form.complete,
@@ -46,6 +48,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "swarm_polished": swarm_answers.polished,
     "swarm_branches": swarm_answers.eight,
     "known_minima": known_minima.known_minima,
+    "hybrid_mlps": networks_swarm.hybrid_mlps,
     "import_time": importing.import_time,
 }
 
@@ -66,7 +69,7 @@ def main(argv: list[str] | None = None) -> int:
     for name in chosen.section or SECTIONS:
         try:
             made = SECTIONS[name](chosen.quick)
-        except ModuleNotFoundError as error:
+        except (ModuleNotFoundError, MissingExtra) as error:
             console.print(f"{name}: left out, {error}: make bench installs the peers")
             broken.append(name)
             continue

@@ -15,13 +15,15 @@ from kinverse.errors import MissingExtra
 __all__ = ["NAMES", "load", "make_network"]
 
 _LAZY: dict[str, str] = {
+    "Elman": "elman",
     "MLP": "mlp",
     "RBFNetwork": "rbf",
     "SwarmRBF": "swarm_rbf",
+    "SwarmMLP": "swarm_mlp",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
-_ELSEWHERE = {"Progress": "monitor", "load": "storage"}
+_ELSEWHERE = {"Progress": "monitor", "load": "storage", "tune": "tuner", "windows": "elman"}
 
 
 def make_network(name: str, **settings: typing.Any) -> typing.Any:

@@ -21,7 +21,13 @@ from kinverse.errors import InputError
 from kinverse.networks.monitor import Monitor, Progress
 from kinverse.networks.scaling import Scaling, check_scaling
 
-__all__ = ["IterativeNetwork", "NetworkRegressor", "check_number", "check_whole"]
+__all__ = [
+    "IterativeNetwork",
+    "NetworkRegressor",
+    "check_number",
+    "check_one_layer",
+    "check_whole",
+]
 
 Array = NDArray[np.float64]
 
@@ -295,6 +301,16 @@ def check_whole(name: str, value: Any, least: int) -> None:
     """Refuse a setting that is no whole number or below ``least`` (InputError)."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
+
+
+def check_one_layer(hidden: Any) -> int:
+    """The units of the one hidden layer that ``hidden``, (h,) or h, must name (InputError)."""
+    whole = isinstance(hidden, (int, np.integer))
+    units = [hidden] if whole else list(hidden) if np.iterable(hidden) else []
+    if len(units) != 1:
+        raise InputError(f"hidden must name one layer, (h,) or h, got {hidden!r}")
+    check_whole("hidden units", units[0], 1)
+    return int(units[0])
 
 
 def check_number(

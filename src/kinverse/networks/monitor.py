@@ -25,7 +25,8 @@ class Monitor:
     """Keeps the record of one training; ``epoch`` tells the trainer whether to stop.
 
     The best weights are those of the lowest error on the validation rows where there are some,
-    else on the training rows.
+    else on the training rows: of the scaled error, which is what trainers minimise and in which
+    targets of unlike units weigh alike.
 
     Args:
         max_epochs: stop after so many.
@@ -87,13 +88,13 @@ class Monitor:
         """
         told = mse * self._unit**2
         self._training.append(told)
-        held = None
+        judged, held = float(np.mean(mse)), None
         if self._validation is not None and self._output is not None:
             rows, wanted = self._validation
             error = self._output(weights, rows) - wanted
-            held = np.mean(error * error, axis=0) * self._unit**2
+            mse = np.mean(error * error, axis=0)
+            judged, held = float(np.mean(mse)), mse * self._unit**2
             self._held.append(held)
-        judged = float(np.mean(told if held is None else held))
         self._since += 1
         if self.best is None or judged < self._lowest:
             self.best, self._lowest, self._since = copy.deepcopy(weights), judged, 0
