@@ -11,7 +11,10 @@ from kinverse.networks import make_network
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
-SETTINGS = {"MLP": [{"trainer": "lbfgs", "max_iter": 100}]}
+SETTINGS = {
+    "MLP": [{"trainer": "lbfgs", "max_iter": 100}],
+    "ANFIS": [{}, {"mf": "gauss", "order": 1}, {"mf": "tri", "order": 0}],
+}
 """Settings beside the defaults that the whole contract is held for."""
 
 

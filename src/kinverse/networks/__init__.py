@@ -15,6 +15,7 @@ from kinverse.errors import MissingExtra
 __all__ = ["NAMES", "load", "make_network"]
 
 _LAZY: dict[str, str] = {
+    "ANFIS": "anfis",
     "MLP": "mlp",
 }
 NAMES = tuple(_LAZY)
