@@ -14,6 +14,8 @@ MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
 SETTINGS = {
     "MLP": [{"trainer": "lbfgs", "max_iter": 100}],
     "ANFIS": [{}, {"mf": "gauss", "order": 1}, {"mf": "tri", "order": 0}],
+    "PiSigma": [{}, {"rule": "simultaneous", "output": "purelin", "learning_rate": 0.005}],
+    "PolynomialPerceptron": [{}, {"output": "tansig"}],
 }
 """Settings beside the defaults that the whole contract is held for."""
 

@@ -17,6 +17,8 @@ __all__ = ["NAMES", "load", "make_network"]
 _LAZY: dict[str, str] = {
     "ANFIS": "anfis",
     "MLP": "mlp",
+    "PiSigma": "pi_sigma",
+    "PolynomialPerceptron": "polynomial_perceptron",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""
