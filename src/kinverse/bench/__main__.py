@@ -17,6 +17,7 @@ from kinverse.bench.sections import (
     general_speed,
     importing,
     known_minima,
+    networks_anfis,
     pairs,
     reach,
     seven,
@@ -46,6 +47,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "swarm_polished": swarm_answers.polished,
     "swarm_branches": swarm_answers.eight,
     "known_minima": known_minima.known_minima,
+    "networks_anfis": networks_anfis.anfis,
     "import_time": importing.import_time,
 }
 
