@@ -213,6 +213,7 @@ SECTIONS = [
     *("closed_form", "singular", "unreachable", "general", "branch_sets", "around"),
     *("rank_deficient", "seven", "sweeps", "fit_time", "quaternion_pairs", "fk_lanes"),
     "hybrid_mlps",
+    "anfis",
 ]
 KNOWN = ("rank_deficient",)
 """Sections with targets that are not all reached."""

@@ -30,6 +30,9 @@ SETTINGS = {
         {"optimizer": "ga", "encoding": "binary", "max_evals": 2000},
         {"optimizer": GreyWolf(population=30), "encoding": "matrix", "max_evals": 2000},
     ],
+    "ANFIS": [{}, {"mf": "gauss", "order": 1}, {"mf": "tri", "order": 0}],
+    "PiSigma": [{}, {"rule": "simultaneous", "output": "purelin", "learning_rate": 0.005}],
+    "PolynomialPerceptron": [{}, {"output": "tansig"}],
 }
 """Settings beside the defaults that the whole contract is held for."""
 

@@ -18,6 +18,7 @@ from kinverse.bench.sections import (
     importing,
     known_minima,
     networks_swarm,
+    networks_anfis,
     pairs,
     reach,
     seven,
@@ -49,6 +50,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "swarm_branches": swarm_answers.eight,
     "known_minima": known_minima.known_minima,
     "hybrid_mlps": networks_swarm.hybrid_mlps,
+    "anfis": networks_anfis.anfis,
     "import_time": importing.import_time,
 }
 

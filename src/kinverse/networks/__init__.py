@@ -20,6 +20,9 @@ _LAZY: dict[str, str] = {
     "RBFNetwork": "rbf",
     "SwarmRBF": "swarm_rbf",
     "SwarmMLP": "swarm_mlp",
+    "ANFIS": "anfis",
+    "PiSigma": "pi_sigma",
+    "PolynomialPerceptron": "polynomial_perceptron",
 }
 NAMES = tuple(_LAZY)
 """The networks by class name."""

@@ -224,7 +224,8 @@ class IterativeNetwork(NetworkRegressor):
 
     def _epochs(self) -> int:
         """Epochs at most; a network whose ``max_iter`` may be None says what that means."""
-        assert self.max_iter is not None
+        if self.max_iter is None:
+            raise InputError(f"{type(self).__name__}: max_iter must be a whole number, got None")
         return self.max_iter
 
     # How it works -----------------------------------------------------------------------------

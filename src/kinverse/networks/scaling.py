@@ -41,6 +41,10 @@ class Scaling(NamedTuple):
         noise = 8.0 * np.finfo(np.float64).eps * np.maximum(np.abs(low), np.abs(high))
         return cls(low + half, np.where(half <= noise, 0.0, half))
 
+    def from_zero(self) -> Self:
+        """The same range onto [0, 1], the range of logsig; a constant stays one."""
+        return type(self)(self.middle - self.unit, 2.0 * self.unit)
+
     def forward(self, rows: Array) -> Array:
         """Scaled rows (N, k)."""
         factor = np.divide(1.0, self.unit, out=np.zeros_like(self.unit), where=self.unit > 0.0)
