@@ -11,7 +11,24 @@ from kinverse.networks import make_network
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
-SETTINGS = {"MLP": [{}, {"trainer": "lbfgs", "max_iter": 100}]}
+SETTINGS = {
+    "MLP": [
+        {},
+        {"trainer": "lbfgs", "max_iter": 100},
+        {"trainer": "lm", "max_iter": 15},
+        {"trainer": "bayes", "max_iter": 15},
+        {"trainer": "gdm", "learning_rate": 0.5, "max_iter": 150},
+        {"trainer": "gdx", "max_iter": 100},
+        {"trainer": "oss", "max_iter": 60},
+        {
+            "trainer": "lm",
+            "hidden": (5, 4),
+            "activation": ("tansig", "logsig"),
+            "output_activation": "tansig",
+            "max_iter": 15,
+        },
+    ]
+}
 """Settings beside the defaults that the whole contract is held for."""
 
 
