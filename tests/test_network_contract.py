@@ -13,7 +13,22 @@ pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 MAY_BE_POOR = {"PiSigma", "SwarmMLP"}
 SETTINGS = {
-    "MLP": [{}, {"trainer": "lbfgs", "max_iter": 100}],
+    "MLP": [
+        {},
+        {"trainer": "lbfgs", "max_iter": 100},
+        {"trainer": "lm", "max_iter": 15},
+        {"trainer": "bayes", "max_iter": 15},
+        {"trainer": "gdm", "learning_rate": 0.5, "max_iter": 150},
+        {"trainer": "gdx", "max_iter": 100},
+        {"trainer": "oss", "max_iter": 60},
+        {
+            "trainer": "lm",
+            "hidden": (5, 4),
+            "activation": ("tansig", "logsig"),
+            "output_activation": "tansig",
+            "max_iter": 15,
+        },
+    ],
     "RBFNetwork": [
         {},
         {"n_neurons": 20, "selection": "residual", "goal": 1e-4, "goal_kind": "sse"},

@@ -289,6 +289,7 @@ class IterativeNetwork(NetworkRegressor):
                 stacklevel=4,
             )
         self.weights_ = monitor.best
+        self.__dict__.update(monitor.learned)
         self.n_iter_ = monitor.epochs
         self.training_mse_ = monitor.training_mse
         self.validation_mse_ = monitor.validation_mse

@@ -144,9 +144,8 @@ class MLP(IterativeNetwork):
             start = None
         self.layers_ = np.array(layers.sizes)
         task = Task(layers, X, Y, start, rng, self.learning_rate, self.momentum)
-        found = find_trainer(self.trainer).train(task, monitor)
-        for name, value in found.items():
-            setattr(self, name, value)
+        self.__dict__.pop("effective_parameters_", None)  # another trainer's
+        find_trainer(self.trainer).train(task, monitor)
 
     def _forward(self, weights: Array, X: Array) -> Array:
         return self._layers().forward(weights, X)

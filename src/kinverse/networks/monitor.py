@@ -1,7 +1,7 @@
 """Watches a training: errors epoch by epoch, the best weights so far, and when to stop."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ class Monitor:
 
     Attributes:
         best: the best weights, None before the first epoch.
+        learned: what else the network should remember, as it was with them.
         training_mse, validation_mse: (E, m).
         reason: why it stopped.
     """
@@ -60,6 +61,7 @@ class Monitor:
         self._training: list[Array] = []
         self._held: list[Array] = []
         self.best: Any = None
+        self.learned: Mapping[str, Any] = {}
         self._lowest = np.inf
         self._since = 0
         self.reason = "all epochs were used"
@@ -79,12 +81,22 @@ class Monitor:
         """(E, m) the same on the rows held back; E = 0 where none were."""
         return np.array(self._held).reshape(-1, len(self._unit))
 
-    def epoch(self, weights: Any, mse: Array) -> bool:
+    def epoch(
+        self,
+        weights: Any,
+        mse: Array,
+        *,
+        latest: bool = False,
+        learned: Mapping[str, Any] | None = None,
+    ) -> bool:
         """Record an epoch; True asks the trainer to end.
 
         Args:
             weights: what the network is now; copied when it is the best so far.
             mse: (m,) mean squared error of each output on the scaled training rows.
+            latest: the training error is not what the trainer minimises: without rows held back
+                the latest weights are the best.
+            learned: attributes of the network beside its weights, by name.
         """
         told = mse * self._unit**2
         self._training.append(told)
@@ -96,13 +108,27 @@ class Monitor:
             judged, held = float(np.mean(mse)), mse * self._unit**2
             self._held.append(held)
         self._since += 1
-        if self.best is None or judged < self._lowest:
+        if self.best is None or judged < self._lowest or (latest and held is None):
             self.best, self._lowest, self._since = copy.deepcopy(weights), judged, 0
+            self.learned = dict(learned or {})
         return self._ends(told, held)
 
     def stop(self, reason: str) -> None:
         """Say why a trainer ended by its own rule."""
         self.reason = reason
+
+    def end(
+        self,
+        weights: Any,
+        mse: Array,
+        reason: str,
+        *,
+        learned: Mapping[str, Any] | None = None,
+    ) -> None:
+        """The same where there may have been no epoch: these weights are the first then."""
+        if self.best is None:
+            self.epoch(weights, mse, learned=learned)
+        self.stop(reason)
 
     def _ends(self, told: Array, held: Array | None) -> bool:
         if self._callback is not None and self._callback(

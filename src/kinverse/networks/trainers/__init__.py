@@ -3,7 +3,7 @@
 import typing
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,19 @@ class Task(NamedTuple):
     learning_rate: float
     momentum: float
 
+    def first_weights(self) -> Array:
+        """The weights (P,) to begin with."""
+        return self.layers.nguyen_widrow(self.rng) if self.start is None else self.start
+
+    def mean_squares(self, weights: Array) -> tuple[Array, Array]:
+        """Mean squared error (m,) of each output, and the gradient (P,) of their mean."""
+        # weights that diverge are the monitor's to tell
+        with np.errstate(over="ignore", invalid="ignore"):
+            outputs = self.layers.outputs(weights, self.X)
+            error = outputs[-1] - self.Y
+            gradient = self.layers.gradient(weights, outputs, error * (2.0 / error.size))
+            return np.mean(error * error, axis=0), gradient
+
 
 class Trainer(NamedTuple):
     """One way to train: where it is, how long it may take by default, what it needs."""
@@ -37,16 +50,16 @@ class Trainer(NamedTuple):
     epochs: int
     linear_output: bool = False
 
-    def train(self, task: Task, monitor: Monitor) -> dict[str, Any]:
-        """Train; returns what the network should remember besides its weights."""
+    def train(self, task: Task, monitor: Monitor) -> None:
+        """Train, telling the monitor of every epoch."""
         module = import_module(f"kinverse.networks.trainers.{self.file}")
-        function: Callable[[Task, Monitor], dict[str, Any] | None] = getattr(module, self.function)
-        return function(task, monitor) or {}
+        function: Callable[[Task, Monitor], None] = getattr(module, self.function)
+        function(task, monitor)
 
 
 TRAINERS: typing.Final = {
     "varpro": Trainer("variable_projection", "variable_projection", 200, linear_output=True),
-    "bayes": Trainer("levenberg_marquardt", "bayesian", 1000),
+    "bayes": Trainer("bayesian", "bayesian", 1000),
     "lm": Trainer("levenberg_marquardt", "levenberg_marquardt", 1000),
     "gdm": Trainer("gradient_descent", "momentum", 1000),
     "gdx": Trainer("gradient_descent", "adaptive", 1000),

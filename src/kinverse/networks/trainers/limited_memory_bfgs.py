@@ -29,6 +29,10 @@ class Differentiable(Protocol):
         ...
 
 
+class _Ended(Exception):
+    """The monitor asked to end."""
+
+
 def limited_memory_bfgs(task: Task, monitor: Monitor) -> None:
     """Minimise the mean squared error; an epoch is one iteration."""
     start = task.layers.nguyen_widrow(task.rng) if task.start is None else task.start
@@ -48,15 +52,12 @@ def descend(form: Differentiable, X: Array, Y: Array, start: Array, monitor: Mon
     def told(weights: Array) -> None:
         error = form.forward(weights, X) - Y
         if monitor.epoch(weights, np.mean(error * error, axis=0)):
-            raise StopIteration
+            raise _Ended
 
-    found = minimize(
-        value,
-        start,
-        jac=True,
-        method="L-BFGS-B",
-        callback=told,
-        options={"maxiter": monitor.max_epochs, "maxfun": 10**9, "ftol": 0.0, "gtol": 1e-10},
-    )
-    if monitor.best is None:
-        told(found.x)
+    options = {"maxiter": monitor.max_epochs, "maxfun": 10**9, "ftol": 0.0, "gtol": 1e-10}
+    try:
+        found = minimize(value, start, jac=True, method="L-BFGS-B", callback=told, options=options)
+    except _Ended:
+        return
+    error = form.forward(found.x, X) - Y
+    monitor.end(found.x, np.mean(error * error, axis=0), "no step lowers the error any more")
