@@ -7,8 +7,8 @@ import pytest
 
 from kinverse.errors import InputError
 from kinverse.networks import ANFIS
-from kinverse.networks.hybrid import StepSize, least_squares
-from kinverse.networks.rules import Rules
+from kinverse.networks.fuzzy.hybrid import StepSize, least_squares
+from kinverse.networks.fuzzy.rules import Rules
 
 FEW = "ignore:.*by heart:UserWarning"
 

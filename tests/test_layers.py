@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinverse.networks.layers import Layers
-from kinverse.networks.normal_matrix import CHUNK, normal_matrix
+from kinverse.networks.trainers.normal_matrix import CHUNK, normal_matrix
 
 FORMS = [
     ((3, 5, 2), ("tansig", "purelin")),

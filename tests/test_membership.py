@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from kinverse.errors import InputError
-from kinverse.networks.membership import MEMBERSHIPS, find_membership
-from kinverse.networks.rules import Rules
+from kinverse.networks.fuzzy.membership import MEMBERSHIPS, find_membership
+from kinverse.networks.fuzzy.rules import Rules
 
 KINDS = sorted(MEMBERSHIPS)
 
@@ -177,6 +177,6 @@ def test_blocks_change_nothing(monkeypatch):
     rules = Rules((3, 3), "gauss", 1)
     sets, theta = rules.first(X)[0], rng.standard_normal((9, 3))
     whole = rules.output(sets, theta, X), rules.gradient(sets, theta, X, e)
-    monkeypatch.setattr("kinverse.networks.rules.ENTRIES", 60)
+    monkeypatch.setattr("kinverse.networks.fuzzy.rules.ENTRIES", 60)
     np.testing.assert_allclose(rules.output(sets, theta, X), whole[0], rtol=1e-12)
     np.testing.assert_allclose(rules.gradient(sets, theta, X, e), whole[1], rtol=1e-10)

@@ -5,7 +5,7 @@ import pytest
 
 from kinverse.errors import InputError
 from kinverse.networks import RBFNetwork
-from kinverse.networks.gaussian_units import gaussian_units, responses
+from kinverse.networks.radial.gaussian_units import gaussian_units, responses
 
 
 def data(seed=0, rows=60, inputs=3, outputs=2):

@@ -92,4 +92,12 @@ def _copied(value: Any) -> Any:
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
-    return one is other or (type(one) is type(other) and bool(one == other))
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if hasattr(one, "get_params") and not isinstance(one, (type, HasSettings)):
+        # scikit-learn's estimators compare by identity
+        theirs = other.get_params()
+        return all(_same(value, theirs[name]) for name, value in one.get_params().items())
+    return bool(one == other)

@@ -9,10 +9,10 @@ from sklearn.utils.validation import check_is_fitted
 
 from kinverse.errors import InputError
 from kinverse.networks._base import IterativeNetwork, check_number, check_whole
-from kinverse.networks.hybrid import StepSize, least_squares
-from kinverse.networks.membership import find_membership
+from kinverse.networks.fuzzy.hybrid import StepSize, least_squares
+from kinverse.networks.fuzzy.membership import find_membership
+from kinverse.networks.fuzzy.rules import Rules
 from kinverse.networks.monitor import Monitor, Progress
-from kinverse.networks.rules import Rules
 
 __all__ = ["ANFIS"]
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from kinverse.errors import InputError
 from kinverse.networks._base import NetworkRegressor, check_number, check_whole
-from kinverse.networks.gaussian_units import gaussian_units, output_layer, responses
 from kinverse.networks.monitor import Monitor, Progress
-from kinverse.networks.rbf_selection import (
+from kinverse.networks.radial.gaussian_units import gaussian_units, output_layer, responses
+from kinverse.networks.radial.selection import (
     Choice,
     in_order,
     largest_residual,

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from kinverse.errors import InputError
 from kinverse.networks._base import IterativeNetwork, check_whole
-from kinverse.networks.gaussian_units import gaussian_units, output_layer, responses
 from kinverse.networks.monitor import Monitor, Progress
+from kinverse.networks.radial.gaussian_units import gaussian_units, output_layer, responses
 from kinverse.optimizers import Optimizer, make_optimizer
 
 __all__ = ["SwarmRBF", "population_mse"]

@@ -165,7 +165,8 @@ class Fusion(Trained):
         start = self._start(T, None)
         expert = self.experts_[0]
         P, target = expert.features.transform(self.robot_.fk(start)), expert.features.transform(T)
-        return (start + expert.predict(P, expert.features.difference(P, target)))[:, None]
+        q: Array = start + expert.predict(P, expert.features.difference(P, target))
+        return q[:, None]
 
     def _start(self, T: Array, q_seed: Array | None) -> Array:
         if q_seed is not None:
@@ -225,7 +226,9 @@ class Fusion(Trained):
         position = chain.pose_costs(code, 0, 0, T, np.zeros(len(T)), rows)[:, 0]
         both = chain.pose_costs(code, 0, 0, T, np.ones(len(T)), rows)[:, 0]
         rotation = both - position
-        return np.maximum(position / settings.tol_position, rotation / settings.tol_rotation)
+        return np.asarray(
+            np.maximum(position / settings.tol_position, rotation / settings.tol_rotation)
+        )
 
     def _inside(self, q: Array) -> NDArray[np.bool_]:
         if self.settings_.limits == "ignore":

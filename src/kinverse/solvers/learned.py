@@ -187,7 +187,7 @@ class Learned(Trained):
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         N, B = len(T), len(self.experts_)
         if self._rounds is None:
-            q = self._predicted(T).reshape(N * B, -1)
+            q = self._predicted(T).reshape(N * B, self.robot_.dof)
             poses, numbers = np.divmod(np.arange(N * B), B)
             branch = self._branch(numbers)
             return Proposal(q, poses, branch, evaluations=np.full(N, B))
@@ -210,7 +210,7 @@ class Learned(Trained):
         def start(branch: int, poses: Ints, k: int) -> Array:
             expert = self.experts_[branch]
             if k == 0:
-                return expert.predict(self.robot_, T[poses])
+                return np.asarray(expert.predict(self.robot_, T[poses]))
             if branch not in near:
                 near[branch] = np.full((len(T), self.neighbors_), -1)
             unknown = poses[near[branch][poses, 0] < 0]
@@ -243,4 +243,5 @@ class Learned(Trained):
         )
 
     def _predicted(self, T: Array) -> Array:
-        return np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)
+        q: Array = np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)
+        return q

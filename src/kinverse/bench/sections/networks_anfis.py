@@ -133,7 +133,7 @@ def _rms(off: Array) -> Array:
 
 def _counts() -> list[Line]:
     """What the printed configuration counts, against what the two readings have."""
-    from kinverse.networks.rules import Rules
+    from kinverse.networks.fuzzy.rules import Rules
 
     lines = []
     for label, (mf, order) in READINGS.items():

@@ -54,7 +54,7 @@ class Expert:
     def predict(self, robot: Robot, T: Array) -> Array:
         """Predicted joint values (N, n) for poses (N, 4, 4)."""
         if not len(T):
-            return np.empty((0, len(self.targets.circular)))
+            return np.empty((0, robot.dof))
         X = self.features.transform(T)
         if self.virtual is not None:
             values = self.virtual.of_pose(robot, T)

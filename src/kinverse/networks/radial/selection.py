@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.networks.gaussian_units import gaussian_units, responses
+from kinverse.networks.radial.gaussian_units import gaussian_units, responses
 
 __all__ = ["in_order", "largest_residual", "orthogonal_least_squares"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError
-from kinverse.networks.membership import Membership, find_membership
+from kinverse.networks.fuzzy.membership import Membership, find_membership
 
 __all__ = ["Rules", "Shares"]
 

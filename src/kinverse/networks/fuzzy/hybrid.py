@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.networks.rules import Rules
+from kinverse.networks.fuzzy.rules import Rules
 
 __all__ = ["StepSize", "least_squares"]
 

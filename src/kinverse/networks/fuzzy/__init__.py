@@ -1,0 +1,1 @@
+"""Membership functions, rules and hybrid learning: what ``ANFIS`` is made of."""
