@@ -18,6 +18,7 @@ from kinverse.bench.sections import (
     importing,
     known_minima,
     networks_anfis,
+    networks_learned,
     networks_swarm,
     pairs,
     reach,
@@ -51,6 +52,8 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "known_minima": known_minima.known_minima,
     "hybrid_mlps": networks_swarm.hybrid_mlps,
     "anfis": networks_anfis.anfis,
+    "learned": networks_learned.branches,
+    "learned_starts": networks_learned.starts,
     "import_time": importing.import_time,
 }
 

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal
-from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.trained.increments import Increments
-from kinverse.solvers.trained.trained import Trained, check_whole
+from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
 from kinverse.task import as_task
 
 if TYPE_CHECKING:
@@ -147,19 +145,12 @@ class Fusion(Trained):
         self._check_training()
         check_whole("n_poses", self.n_poses, 2, MOST_POSES)
         check_whole("max_iterations", self.max_iterations, 1, 100_000)
-        if self.fallback not in ("numerical", None):
-            raise InputError(f"fallback must be 'numerical' or None, got {self.fallback!r}")
+        check_fallback(self.fallback)
 
     # Solving ----------------------------------------------------------------------------------
 
     def _bind(self) -> None:
-        settings = self.settings_
-        self._numerical = Numerical(
-            task=settings.task,
-            tol_position=settings.tol_position,
-            tol_rotation=settings.tol_rotation,
-            limits=settings.limits,
-        ).fit(self.robot_)
+        self._numerical = restarting(self.settings_, self.robot_)
 
     def _predicted(self, T: Array) -> Array:
         start = self._start(T, None)

@@ -14,8 +14,8 @@ from kinverse.solvers.descent import Descent
 from kinverse.solvers.trained.branch_labels import branch_labels
 from kinverse.solvers.trained.examples import by_branch, nearest_middle, unchanged
 from kinverse.solvers.trained.expert import Expert
-from kinverse.solvers.trained.rounds import Rounds, Starts
-from kinverse.solvers.trained.trained import Trained, check_whole
+from kinverse.solvers.trained.rounds import Found, Rounds, Starts
+from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
 from kinverse.task import as_task
 
 __all__ = ["REFINES", "Learned"]
@@ -58,6 +58,8 @@ class Learned(Trained):
         refine: "newton" (full steps; limits are looked at afterwards), "lm"
             (Levenberg-Marquardt inside the limits) or None.
         neighbors: how many of the nearest examples are tried after the prediction.
+        fallback: "numerical" (``Numerical`` from the prediction, restarts and all, where a pose
+            has no solution yet) or None.
         random_state: seed of the examples and of the network.
         progress: called with (text, share done) now and then while ``fit`` works; True ends it.
         task: see ``kinverse.task``.
@@ -89,6 +91,7 @@ class Learned(Trained):
         keep: Any = None,
         refine: str | None = "newton",
         neighbors: int = 8,
+        fallback: str | None = None,
         random_state: int = 0,
         progress: Callable[[str, float], Any] | None = None,
         task: str = "pose",
@@ -104,6 +107,7 @@ class Learned(Trained):
         self.keep = keep
         self.refine = refine
         self.neighbors = neighbors
+        self.fallback = fallback
         self.random_state = random_state
         self.progress = progress
         self.task = task
@@ -154,11 +158,13 @@ class Learned(Trained):
 
     def _remember(self) -> None:
         self.refine_, self.neighbors_ = self.refine, int(self.neighbors)
+        self.fallback_ = self.fallback
 
     def _check(self) -> None:
         self._check_training()
         if self.refine is not None and self.refine not in REFINES:
             raise InputError(f"refine must be {', '.join(REFINES)} or None, got {self.refine!r}")
+        check_fallback(self.fallback)
         check_whole("n_samples", self.n_samples, 2, MOST_SAMPLES)
         check_whole("neighbors", self.neighbors, 0, MOST_NEIGHBORS)
 
@@ -171,9 +177,10 @@ class Learned(Trained):
         if self.refine_ is None:
             return
         labels = branch_labels(robot, settings.task) if self.branch_labels_ else None
+        self._branch_of = None if labels is None else self._branch_numbers(labels.of)
         self._rounds = Rounds(
             Descent(robot, settings, REFINES[self.refine_]),
-            None if labels is None else self._branch_numbers(labels.of),
+            self._branch_of,
             self._is_final,
             1 + min(self.neighbors_, min(len(expert.neighbours) for expert in self.experts_)),
         )
@@ -192,6 +199,8 @@ class Learned(Trained):
             branch = self._branch(numbers)
             return Proposal(q, poses, branch, evaluations=np.full(N, B))
         found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T))
+        if self.fallback_ is not None:
+            self._fall_back(found, T, seed)
         # of a branch without a solution the attempt is shown only where no branch has one
         shown = found.solved | ~found.solved.any(axis=1, keepdims=True)
         poses, numbers = np.nonzero(shown)
@@ -202,6 +211,24 @@ class Learned(Trained):
             evaluations=found.evaluations,
             starts=found.starts.sum(axis=1),
         )
+
+    def _fall_back(self, found: Found, T: Array, seed: int) -> None:
+        """Solve the poses that have no solution yet from the first network's attempt."""
+        lost = np.flatnonzero(~found.final.any(axis=1))
+        if not len(lost):
+            return
+        numerical = restarting(self.settings_, self.robot_)
+        start = np.ascontiguousarray(found.q[lost, 0])
+        q, solves, evaluations, *_ = numerical._native.propose(
+            np.ascontiguousarray(T[lost]), start, seed
+        )
+        found.evaluations[lost] += evaluations
+        found.starts[lost, 0] += 1
+        solves = solves.astype(np.bool_)
+        lost, q = lost[solves], q[solves]
+        of = self._branch_of
+        numbers = np.zeros(len(q), np.int64) if of is None else np.maximum(of(q), 0)
+        found.q[lost, numbers], found.solved[lost, numbers] = q, True
 
     def _starts(self, T: Array) -> Starts:
         """The prediction first, then the nearest examples, looked up where they are asked for."""

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.networks.monitor import Monitor
-from kinverse.networks.trainers.normal_matrix import normal_matrix
 from kinverse.networks.trainers import Task
+from kinverse.networks.trainers.normal_matrix import normal_matrix
 
 __all__ = ["Objective", "Point", "at", "descend", "levenberg_marquardt"]
 

@@ -65,5 +65,6 @@ def branch_labels(robot: Robot, task: str) -> BranchLabels | None:
         solver = Analytic(task=task).fit(robot)
     except (NoClosedForm, InputError):
         return None
-    named = 1 < len(solver.branch_labels_) <= MOST_BRANCHES
+    names = solver.branch_labels_
+    named = 1 < len(names) <= MOST_BRANCHES and not names[0].startswith("root")
     return BranchLabels(robot, solver) if named else None

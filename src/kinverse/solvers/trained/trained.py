@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.robot import Robot
-from kinverse.solvers._base import Solver
+from kinverse.solvers._base import Settings, Solver
+from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.trained import model_file
 from kinverse.solvers.trained.expert import Expert
 
-__all__ = ["Trained", "check_whole"]
+__all__ = ["Trained", "check_fallback", "check_whole", "restarting"]
 
 Array = NDArray[np.float64]
 
@@ -158,3 +159,19 @@ def check_whole(name: str, value: Any, least: int, most: int) -> None:
         raise InputError(f"{name} must be a whole number, got {value!r}")
     if not least <= value <= most:
         raise InputError(f"{name} must lie in {least}..{most}, got {value!r}")
+
+
+def check_fallback(value: Any) -> None:
+    """Refuse what is no fall-back (InputError)."""
+    if value not in ("numerical", None):
+        raise InputError(f"fallback must be 'numerical' or None, got {value!r}")
+
+
+def restarting(settings: Settings, robot: Robot) -> Numerical:
+    """What falls back: ``Numerical`` with the same settings and all its restarts."""
+    return Numerical(
+        task=settings.task,
+        tol_position=settings.tol_position,
+        tol_rotation=settings.tol_rotation,
+        limits=settings.limits,
+    ).fit(robot)
