@@ -127,3 +127,14 @@ def test_nan_is_refused_and_leaves_the_network_as_it_was(network):
     with pytest.raises(ValueError, match="NaN"):
         network.fit(bad, y)
     np.testing.assert_array_equal(network.predict(X), before)
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in networks.NAMES if hasattr(make_network(n), "activation")]
+)
+def test_a_setting_changed_after_fit_waits_for_the_next_fit(name):
+    X, y = smooth()
+    network = seeded(make_network(name)).fit(X, y)
+    before = network.predict(X)
+    network.set_params(activation="logsig" if network.activation == "tansig" else "tansig")
+    np.testing.assert_array_equal(network.predict(X), before)

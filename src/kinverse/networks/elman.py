@@ -111,13 +111,14 @@ class Elman(IterativeNetwork):
     ) -> None:
         form = self._form(X.shape[1], Y.shape[1])
         self.form_ = np.array([form.n_steps, *form.sizes])
+        self.activation_ = self.activation
         if start is None or len(start) != form.count:
             start = form.first_weights(rng)
         descend(form, X, Y, start, monitor)
 
     def _forward(self, weights: Array, X: Array) -> Array:
         n_steps, n, h, m = self.form_.tolist()
-        return Recurrent(n_steps, (n, h, m), self.activation).forward(weights, X)
+        return Recurrent(n_steps, (n, h, m), self.activation_).forward(weights, X)
 
 
 def windows(X: ArrayLike, n_steps: int) -> Array:

@@ -42,7 +42,7 @@ class MLP(IterativeNetwork):
         random_state: None, an int, a RandomState or a Generator.
 
     Attributes:
-        layers_: (n, h_1, ..., m).
+        layers_, activations_: (n, h_1, ..., m), and the activation of each layer.
         coefs_, intercepts_: weights and biases of each layer, as scikit-learn names them.
         effective_parameters_: of trainer "bayes": how many parameters the data determine.
 
@@ -122,7 +122,7 @@ class MLP(IterativeNetwork):
         return Layers((n_inputs, *_hidden(self.hidden), n_outputs), names)
 
     def _layers(self) -> Layers:
-        return Layers(tuple(self.layers_.tolist()), (*self._names(), self.output_activation))
+        return Layers(tuple(self.layers_.tolist()), tuple(self.activations_.tolist()))
 
     def _names(self) -> tuple[str, ...]:
         depth = len(_hidden(self.hidden))
@@ -143,6 +143,7 @@ class MLP(IterativeNetwork):
         if start is not None and len(start) != layers.count:
             start = None
         self.layers_ = np.array(layers.sizes)
+        self.activations_ = np.array(layers.activations)
         task = Task(layers, X, Y, start, rng, self.learning_rate, self.momentum)
         self.__dict__.pop("effective_parameters_", None)  # another trainer's
         find_trainer(self.trainer).train(task, monitor)

@@ -148,13 +148,14 @@ class SwarmMLP(IterativeNetwork):
         return Layers(sizes, (self.activation, "purelin"))
 
     def _layers(self) -> Layers:
-        return Layers(tuple(self.layers_.tolist()), (self.activation, "purelin"))
+        return Layers(tuple(self.layers_.tolist()), tuple(self.activations_.tolist()))
 
     def _optimize(
         self, X: Array, Y: Array, start: Array | None, rng: np.random.Generator, monitor: Monitor
     ) -> None:
         layers = self._form(X.shape[1], Y.shape[1])
         self.layers_ = np.array(layers.sizes)
+        self.activations_ = np.array(layers.activations)
         method = self._method()
         has_words = isinstance(method, GeneticAlgorithm) and method.variant == "binary"
         kind = "matrix" if self.encoding == "binary" and has_words else self.encoding
