@@ -129,6 +129,7 @@ class Fusion(Trained):
         drawn = sample(robot, self.n_poses, random_state=rng, keep=self.keep, region=self.region)
         network = self._new_network(0, "pairs", 1)
         rotations = as_task(self.settings_.task).rotation > 0
+        self.branches_ = np.zeros(1, np.int64)
         self.experts_ = [Increments(network, features, drawn.q, drawn.T, rotations)]
         self._remember()
         self._tell("done", 1.0)

@@ -70,7 +70,8 @@ class Learned(Trained):
 
     Attributes:
         experts_: the trained networks with their examples.
-        branch_labels_: names of the branches they stand for.
+        branch_labels_: names of the branches, empty where there is one network for all.
+        branches_: (B,) number of the branch that each network stands for.
 
     Raises:
         InputError: (fit) a setting that is not valid, or examples that cannot be made.

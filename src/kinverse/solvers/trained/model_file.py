@@ -40,6 +40,7 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
         "fingerprint": fingerprint(robot),
         "settings": {key: _plain(key, value) for key, value in settings.items()},
         "branch_labels": list(solver.branch_labels_),
+        "branches": solver.branches_.tolist(),
         "experts": parts,
     }
     storage.write(path, KIND, header, arrays)
@@ -55,6 +56,7 @@ def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
         solver._restore(
             robot,
             header["branch_labels"],
+            header["branches"],
             [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
             where,
         )

@@ -28,12 +28,14 @@ class Trained(Solver):
 
     Attributes:
         experts_: the trained networks with their examples.
+        branches_: (B,) number of the branch that each of them stands for.
     """
 
     network: Any
     random_state: int
     progress: Callable[[str, float], Any] | None
     experts_: list[Any]
+    branches_: NDArray[np.int64]
     _expert: ClassVar[Any] = Expert
 
     # Training ---------------------------------------------------------------------------------
@@ -138,10 +140,13 @@ class Trained(Solver):
         self,
         robot: Robot,
         labels: Sequence[str],
+        branches: Sequence[int],
         experts: Sequence[tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]],
         where: str,
     ) -> None:
-        self.branch_labels_ = tuple(labels)
+        self.branch_labels_, self.branches_ = tuple(labels), np.array(branches, np.int64)
+        if self.branches_.shape != (len(experts),):
+            raise InputError(f"{where}: {len(experts)} networks for branches {branches}")
         self.experts_ = [self._expert.unpacked(head, arrays, where) for head, arrays in experts]
         from sklearn.base import clone
 
