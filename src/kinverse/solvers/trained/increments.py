@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.learning import IncrementalPairs, PoseFeatures
+from kinverse.robot import Robot
 from kinverse.solvers.trained.expert import (
     packed_map,
     predicted,
@@ -42,6 +43,12 @@ class Increments:
     def predict(self, P: Array, dP: Array) -> Array:
         """Joint increments (N, n) for features P (N, f) of a pose and their increments (N, f)."""
         return rounded(predicted(self.network, np.hstack([P, dP])))
+
+    def training_error(self, robot: Robot) -> Array:
+        """Joint by joint (K (K - 1), n), the increments predicted for all pairs less the true."""
+        pairs = IncrementalPairs(self.features)
+        X, y = pairs.all(self.neighbours.T, self.neighbours.q)
+        return np.asarray(predicted(self.network, X) - y)
 
     def packed(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """A header of plain values and the arrays."""

@@ -98,10 +98,10 @@ def _of_part(arrays: Mapping[str, NDArray[Any]], k: int) -> Arrays:
 
 
 def _plain(key: str, value: Any) -> Any:
-    if isinstance(value, np.generic):
-        value = value.item()
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    if isinstance(value, (tuple, list, np.ndarray)):
-        return np.asarray(value, dtype=np.float64).tolist()
+    if isinstance(value, (tuple, list)):
+        return [_plain(key, item) for item in value]
     raise InputError(f"the setting {key}={value!r} cannot be saved without code")
