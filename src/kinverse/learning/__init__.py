@@ -9,6 +9,7 @@ from kinverse.learning.data_set import DataSet, sample
 from kinverse.learning.features import KINDS, PoseFeatures
 from kinverse.learning.keep import far_from_singularity, inside_limits, one_branch, passing
 from kinverse.learning.pairs import IncrementalPairs, PairSplit
+from kinverse.learning.regression_table import RegressionTable, regression_table
 from kinverse.learning.virtual_vector import VirtualVector
 
 __all__ = [
@@ -17,10 +18,12 @@ __all__ = [
     "IncrementalPairs",
     "PairSplit",
     "PoseFeatures",
+    "RegressionTable",
     "VirtualVector",
     "far_from_singularity",
     "inside_limits",
     "one_branch",
     "passing",
+    "regression_table",
     "sample",
 ]

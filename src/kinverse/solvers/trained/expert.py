@@ -68,6 +68,10 @@ class Expert:
         gap = self.predict(robot, self.neighbours.T) - self.neighbours.q
         return wrapped(gap, self.targets.circular)
 
+    def joint_errors(self, mse: Array) -> Array:
+        """Mean squared errors (E, outputs) of the network as those of joints (E, n)."""
+        return self.targets.joint_errors(mse)
+
     # Files ------------------------------------------------------------------------------------
 
     def packed(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

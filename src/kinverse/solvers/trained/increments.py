@@ -50,6 +50,10 @@ class Increments:
         X, y = pairs.all(self.neighbours.T, self.neighbours.q)
         return np.asarray(predicted(self.network, X) - y)
 
+    def joint_errors(self, mse: Array) -> Array:
+        """Mean squared errors (E, outputs) of the network as those of joints: they are."""
+        return mse
+
     def packed(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """A header of plain values and the arrays."""
         return packed_map(self.network, self.features, self.neighbours)
