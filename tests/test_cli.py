@@ -159,18 +159,21 @@ def test_out_json_and_batches_match_single_calls(capsys, poses, tmp_path, monkey
 
 
 def test_ctrl_c_keeps_what_is_done(capsys, poses, monkeypatch):
-    from kinverse.cli import _answers
+    from kinverse.cli import _answers, _solver
 
-    calls = []
+    class Interrupted:
+        def __init__(self, solver):
+            self.solver, self.settings_, self.calls = solver, solver.settings_, 0
 
-    def solve(*given, **settings):
-        if calls:
-            raise KeyboardInterrupt
-        calls.append(given)
-        return kv.solve(*given, **settings)
+        def solve(self, *given):
+            self.calls += 1
+            if self.calls > 1:
+                raise KeyboardInterrupt
+            return self.solver.solve(*given)
 
+    fitted = _solver.fitted
     monkeypatch.setattr(_answers, "CHUNK", 2)
-    monkeypatch.setattr(_answers, "solve", solve)
+    monkeypatch.setattr(_solver, "fitted", lambda *given: Interrupted(fitted(*given)))
     code, out, err = run(capsys, "solve", "kr16", "--poses", poses, "--on-error", "skip", "--json")
     told = json.loads(out)
     assert code == 1 and "interrupted: 2 poses of 4 done" in err
@@ -303,7 +306,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),
         (["solve", "kr16", "--poses", "nosuch.csv"], "error: no such file: nosuch.csv"),
         (["solve", "kr16", "--poses", "x.csv", "--on-error", "x"], "on-error': 'x' is not one of"),
-        (["fk", "kr16", "--q", "a", "b"], "(a b); --pose, --q, --q-seed take numbers"),
+        (["fk", "kr16", "--q", "a", "b"], "(a b); --pose, --q, --q-seed, --region take numbers"),
         (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),
         (["solve", "kr16", *POSE, "--tip", "a"], "--base and --tip choose"),
         (["solve", "kr16", "--matrix", "nosuch.npy"], "nosuch.npy"),

@@ -23,6 +23,9 @@ from kinverse.errors import KinverseError
 
 __all__ = ["app", "main"]
 
+INTERRUPTED = 130
+"""What typer makes of a Ctrl-C that no command has taken."""
+
 app = typer.Typer(
     name="kinverse",
     help="Inverse kinematics of robot arms: every answer verified.",
@@ -80,6 +83,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _refuse(f"{error.strerror}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, typer.Abort):
+        return _refuse("interrupted")
+    if code == INTERRUPTED:
         return _refuse("interrupted")
     return code if isinstance(code, int) else 0
 

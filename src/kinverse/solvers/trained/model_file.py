@@ -60,9 +60,23 @@ def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
             [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
             where,
         )
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise InputError(f"{where}: the header is not as it was written ({error!r})") from error
+        _try_out(solver, where)
+    except InputError as error:
+        said = str(error)
+        raise InputError(said if said.startswith(where) else f"{where}: {said}") from error
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        raise InputError(f"{where}: its parts do not belong together ({error!r})") from error
     return solver
+
+
+def _try_out(solver: Any, where: str) -> None:
+    """Refuse examples and networks of another size than the robot's."""
+    n = solver.robot_.dof
+    for expert in solver.experts_:
+        q, T = expert.neighbours.q, expert.neighbours.T
+        if not len(q) or q.shape != (len(T), n) or T.shape != (len(T), 4, 4):
+            raise InputError(f"{where}: examples of shape {q.shape}, {T.shape} for {n} joints")
+    solver.predict(solver.experts_[0].neighbours.T[:1])
 
 
 def solver_name(path: "str | os.PathLike[str]") -> str:
