@@ -171,7 +171,7 @@ def test_a_networks_report_has_all_of_it(rows, network, tmp_path):
     titles = [ax.get_title() for ax in figure.axes]
     assert titles[0] == "training, dashed: held back" and "regression on 100 rows" in titles
     assert sum(title.startswith("errors") for title in titles) == 2  # degrees and metres
-    assert sum(": r " in title for title in titles) == 3
+    assert sum("\nr " in title for title in titles) == 3
     table = next(ax for ax in figure.axes if ax.get_title().startswith("regression")).tables[0]
     cells = {place: cell.get_text().get_text() for place, cell in table.get_celld().items()}
     expected = regression_table(y[200:], network.predict(X[200:]))
@@ -209,7 +209,7 @@ def test_any_arms_solver_has_a_report(name, settings, curves, tmp_path):
     lines = figure.axes[0].get_lines()
     assert sum(line.get_linestyle() == "-" for line in lines) == curves
     assert sum(line.get_linestyle() == "--" for line in lines) == curves
-    drawn = [ax for ax in figure.axes if ": r " in ax.get_title()]
+    drawn = [ax for ax in figure.axes if "\nr " in ax.get_title()]
     units = training_plots.joint_units(robot)
     assert len(drawn) == robot.dof and units.count("m") == robot.kinds.count("P")
     for k, ax in enumerate(drawn):

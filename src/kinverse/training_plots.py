@@ -35,6 +35,8 @@ UNITS = {"deg": float(np.degrees(1.0)), "m": 1.0, "": 1.0}
 """What a column is drawn in, and how much of that one of its own units is."""
 INSIDE = 0.99
 """Share of the errors between the ends of a histogram."""
+MOST_INSIDE = 4
+"""Names of more curves than that stand beneath them."""
 LEAST = 1e-16
 """Squared errors are drawn on a logarithmic scale from here."""
 
@@ -111,7 +113,7 @@ def regression(
         ax.set_xlabel("true" + bracket)
         ax.set_ylabel("predicted" + bracket)
         mse = squared(numbers.mse[k], units[k])
-        ax.set_title(f"{names[k]}: r {numbers.r[k]:.4f}, MSE {mse}", fontsize="medium")
+        ax.set_title(f"{names[k]}\nr {numbers.r[k]:.4f}, MSE {mse}", fontsize="medium")
 
 
 def error_histogram(
@@ -153,8 +155,6 @@ def error_histogram(
 
 def draw_curves(ax: "Axes", training: Curves, held: Curves, units: Sequence[str]) -> None:
     """Squared errors by name, each after each epoch; those held back dashed."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     for name, values in training.items():
         epochs = np.arange(1, len(values) + 1)
         marker = "o" if len(values) == 1 else None
@@ -163,16 +163,34 @@ def draw_curves(ax: "Axes", training: Curves, held: Curves, units: Sequence[str]
             colour = line.get_color()
             ax.plot(epochs[: len(other)], np.maximum(other, LEAST), "--", color=colour)
     ax.set_yscale("log")
-    # numbers that stand between the powers of ten, and no powers
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.yaxis.set_minor_formatter(NullFormatter())
+    _number_axis(ax)
     ax.set_xlabel("epoch")
     kinds = dict.fromkeys(f"{unit}²" if unit else "1" for unit in units)
     ax.set_ylabel(f"mean squared error [{', '.join(kinds)}]")
     dashed = ", dashed: held back" if any(len(values) for values in held.values()) else ""
     ax.set_title("training" + dashed)
-    ax.legend(frameon=False, fontsize="small")
+    if len(training) <= MOST_INSIDE:
+        ax.legend(frameon=False, fontsize="small")
+    else:
+        ax.legend(
+            frameon=False,
+            fontsize="small",
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.16),
+            ncols=2,
+        )
+
+
+def _number_axis(ax: "Axes") -> None:
+    """Plain numbers along a logarithmic axis, more of them where it is short."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = ax.get_ylim()
+    decades = np.log10(high / low)
+    between = (1, 2, 3, 4, 5, 6, 8) if decades < 1.0 else (1, 2, 5) if decades < 4.0 else (1,)
+    ax.yaxis.set_major_locator(LogLocator(subs=between))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.yaxis.set_minor_formatter(NullFormatter())
 
 
 def squared(mse: float, unit: str) -> str:

@@ -129,8 +129,8 @@ def _report(
     names, m = numbers.names, len(numbers.names)
     across = min(m, ACROSS)
     down = -(-m // across)
-    figure = new_figure((13.0, 4.2 + 3.2 * down))
-    parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[4.2, 3.2 * down])
+    figure = new_figure((13.0, 4.8 + 3.8 * down))
+    parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[4.8, 3.8 * down])
     above, below = parts.ravel()
     kinds = list(dict.fromkeys(units))
     top = above.subplots(1, 2 + len(kinds), squeeze=False)[0]
@@ -168,6 +168,7 @@ def _draw_table(ax: "Axes", numbers: RegressionTable, units: Sequence[str], rows
     made.auto_set_font_size(False)
     made.set_fontsize(9)
     made.auto_set_column_width([0, 1, 2, 3])
+    made.scale(1.0, 1.3)
 
 
 def _say_nothing(ax: "Axes") -> None:
