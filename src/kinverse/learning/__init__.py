@@ -7,7 +7,7 @@
 >>> X, y = train.inverse(features)
 """
 
-from kinverse.learning.data_set import DataSet, sample
+from kinverse.learning.data_set import DataSet, passing, sample
 from kinverse.learning.features import PoseFeatures
 from kinverse.learning.keep import (
     Predicate,
@@ -33,5 +33,6 @@ __all__ = [
     "inside_limits",
     "one_branch",
     "pair_inputs",
+    "passing",
     "sample",
 ]

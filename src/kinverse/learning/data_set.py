@@ -16,7 +16,7 @@ from kinverse.learning.virtual_vector import VirtualVector
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.seeds import seed_of
 
-__all__ = ["DataSet", "sample"]
+__all__ = ["DataSet", "passing", "sample"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -242,6 +242,20 @@ def sample(
         if kept < n_samples and drawn >= PATIENCE and kept < RAREST * drawn:
             raise InputError(_too_rare(robot, rejected, kept, drawn))
     return DataSet(robot, np.concatenate(found), rejected, drawn)
+
+
+def passing(q: ArrayLike, keep: Keep) -> NDArray[np.bool_]:
+    """Which configurations (M, n) every predicate of ``keep`` keeps.
+
+    Raises:
+        InputError: a predicate that returns another shape; it is named.
+
+    Example:
+        >>> passing(q, [inside_limits(robot, 0.1), far_from_singularity(robot)]).shape
+        (100,)
+    """
+    tests = _named(keep)
+    return np.asarray(_fates(tests, np.asarray(q, dtype=np.float64)) == len(tests))
 
 
 def _named(keep: Keep) -> dict[str, Test]:

@@ -35,9 +35,10 @@ class Increments:
     def __init__(
         self, network: Any, features: PoseFeatures, q: Array, T: Array, with_rotation: bool
     ) -> None:
-        self.network, self.features = network, features.clone().fit(T)
+        pairs = IncrementalPairs(features, test_fraction=0.0).make(q, T)
+        self.network, self.features = network, pairs.features
         self.neighbours = Neighbours(q, T, with_rotation)
-        train(network, *IncrementalPairs(self.features).all(T, q))
+        train(network, *pairs.train)
 
     def predict(self, P: Array, dP: Array) -> Array:
         """Joint increments (N, n) for features P (N, f) of a pose and their increments (N, f)."""
