@@ -116,8 +116,8 @@ def test_predicates_that_keep_nothing_are_named(kr16):
 def test_what_is_rare_but_there_is_found(kr16):
     low, top = kr16.limits[0]
     rare = Predicate("rare", lambda q: q[:, 0] > top - 1e-3 * (top - low))
-    data = sample(kr16, 30, random_state=9, keep=rare)
-    assert len(data) == 30 and data.rejected["rare"] > 10_000
+    data = sample(kr16, 100, random_state=9, keep=rare)
+    assert len(data) == 100 and data.rejected["rare"] > 80_000
 
 
 @pytest.mark.parametrize(
@@ -207,6 +207,17 @@ def test_far_from_singularity_does_not_heed_the_unit_of_length(kr16):
     assert (far_from_singularity(large)(q) == far_from_singularity(kr16)(q)).all()
 
 
+def test_slides_are_measured_in_the_reach_too():
+    small, postures = kv.load("adept_one"), kv.load("adept_one").random(300, rng=5)
+    frames, limits = np.array(small.frames), np.array(small.limits)
+    frames[:, :3, 3] *= 1000.0
+    limits[2] *= 1000.0
+    large = Robot(frames, small.kinds, limits)
+    kept = far_from_singularity(small, least=0.05)(postures)
+    assert (far_from_singularity(large, least=0.05)(postures * [1, 1, 1000, 1]) == kept).all()
+    assert kept.any() and not kept.all()
+
+
 @pytest.mark.parametrize("least", [0.0, 1.0, -1.0, np.nan, "a", True])
 def test_bad_bounds_are_refused(kr16, least):
     with pytest.raises(kv.InputError, match="least must lie between 0 and 1"):
@@ -245,6 +256,24 @@ def test_configurations_of_other_windings_and_singular_ones(kr16, closed):
     assert branch_of(closed, np.empty((0, 6))).shape == (0,)
 
 
+def test_branches_are_told_apart_up_to_where_they_meet(kr16, closed):
+    def nearest(third):
+        q = np.array([0.2, -0.6, third, 0.3, 0.8, 0.1])
+        s = closed.solve(kr16.fk(q), q_seed=q)
+        return s.branch[np.abs(s.q - q).max(axis=1).argmin()]
+
+    low, top = -1.5, 2.0
+    bent_back = nearest(low)
+    while top - low > 1e-9:  # where the arm is stretched
+        middle = 0.5 * (low + top)
+        low, top = (middle, top) if nearest(middle) == bent_back else (low, middle)
+    third = low + np.array([-5e-6, -2e-6, 2e-6, 5e-6])
+    q = np.tile([0.2, -0.6, 0.0, 0.3, 0.8, 0.1], (4, 1))
+    q[:, 2] = third
+    assert branch_of(closed, q).tolist() == [nearest(each) for each in third]
+    assert nearest(third[0]) != nearest(third[-1])
+
+
 def test_branches_that_there_are_not_are_refused(kr16, closed):
     for branch in (8, -1, "elbow", True, 0.5):
         with pytest.raises(kv.InputError, match=r"the branches are 0 'shoulder\+ elbow\+ wrist\+'"):
@@ -266,7 +295,7 @@ def test_collisions_are_counted_under_their_name(kr16):
 
 
 def test_a_region_is_a_box_inside_the_limits(kr16):
-    centre = np.array([0.1, -1.0, 1.0, 0.0, 0.5, 6.0])
+    centre = np.array([0.1, -2.5, 1.0, 0.0, 0.5, 6.0])
     q = sample(kr16, 2000, random_state=1, region=(centre, 0.5)).q
     low, top = (
         np.maximum(kr16.limits[:, 0], centre - 0.5),

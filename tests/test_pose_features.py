@@ -116,7 +116,7 @@ def test_differences_are_wrapped(angles, turns):
 
 def test_a_difference_of_half_a_turn_is_positive():
     features = PoseFeatures("xy+yaw").fit(np.eye(4))
-    for turn in (np.pi, -np.pi, 3 * np.pi):
+    for turn in (np.pi, -np.pi, 3 * np.pi, -np.pi + 2 * np.pi * -5):
         assert features.difference([0.0, 0.0, 0.0], [0.0, 0.0, turn])[2] == np.pi
 
 

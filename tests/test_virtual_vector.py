@@ -209,7 +209,20 @@ def test_an_elbow_with_an_offset_has_an_arm_angle():
 
 def test_the_stretched_arm_and_the_arm_above_its_base_have_finite_values(iiwa):
     q = np.array([np.zeros(7), [0, 0, 0, 1.0, 0, 0, 0], [0.3, 0, 0, 0, 0, 0.5, 0]])
-    values = VirtualVector("arm_angle").of_joints(iiwa, q)
+    assert_on_the_circle(VirtualVector("arm_angle").of_joints(iiwa, q))
+
+
+def test_a_folded_arm_has_finite_values():
+    half = np.pi / 2
+    robot = Robot.from_dh(
+        a=0, d=[0.3, 0, 0.4, 0, 0.4, 0, 0.1],
+        alpha=[-half, half, half, -half, -half, half, 0], joints="RRRRRRR",
+    )  # fmt: skip
+    q = np.array([[0.1, 0.2, 0.3, np.pi, 0.4, 0.5, 0.6]])  # the wrist in the shoulder
+    assert_on_the_circle(VirtualVector("arm_angle").of_joints(robot, q))
+
+
+def assert_on_the_circle(values):
     assert np.isfinite(values).all()
     assert np.abs(np.linalg.norm(values, axis=1) - 1.0).max() < 1e-12
 
@@ -226,6 +239,16 @@ def test_arms_without_an_arm_angle_are_told_why(name, why):
     robot = kv.load(name)
     with pytest.raises(kv.InputError, match=why):
         VirtualVector("arm_angle").of_joints(robot, np.zeros(robot.dof))
+
+
+def test_a_shoulder_whose_first_axes_coincide_is_no_ball():
+    half = np.pi / 2
+    robot = Robot.from_dh(
+        a=0, d=[0.3, 0, 0.4, 0, 0.4, 0, 0.1],
+        alpha=[0, half, half, -half, -half, half, 0], joints="RRRRRRR",
+    )  # fmt: skip
+    with pytest.raises(kv.InputError, match="shoulder"):
+        VirtualVector("arm_angle").of_joints(robot, np.zeros(7))
 
 
 def test_an_elbow_axis_through_the_shoulder_is_refused():

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import se3
 from kinverse.axes import axis_pairs, meeting_triples
 from kinverse.errors import InputError
-from kinverse.geometry import PARALLEL, any_perpendicular, axis_lines
+from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.settings import HasSettings
 
@@ -26,8 +26,6 @@ PLANAR = {
 ARM_ANGLE = "arm_angle"
 ARM_ANGLE_NAMES = ("cos(arm_angle)", "sin(arm_angle)")
 JOINT = "joint:"
-ALONG = 1e-9
-"""Sine of the angle below which the line from shoulder to wrist runs along axis 1."""
 
 
 class VirtualVector(HasSettings):
@@ -52,8 +50,7 @@ class VirtualVector(HasSettings):
               wrist, right-handed, 0 where the elbow lies in the plane of axis 1 and that line, on
               the side axis 1 points to. It is the free parameter of :class:`kinverse.Analytic`
               (Shimizu et al., IEEE Trans. Robotics 24(5), 2008, with another reference). Undefined
-              where the line runs along axis 1 (any fixed direction then stands for axis 1) and
-              where the elbow lies on the line.
+              where the line runs along axis 1 and where the elbow lies on it.
             * "joint:NAME": the value of that joint [rad or m].
             * a function of joint values (M, n) that returns (M,) or (M, k).
 
@@ -224,14 +221,11 @@ def _arm_angle(robot: Robot, q: Array) -> Array:
     elbow = T[:, :3, 3] - np.cross(speed, axis4)
     wrist = T[:, :3, :3] @ wrist_in_tool[:3] + T[:, :3, 3]
     line = wrist - shoulder
-    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    length = np.linalg.norm(line, axis=1, keepdims=True)
+    line /= np.where(length == 0.0, 1.0, length)  # folded up: no line, and finite all the same
     side = np.cross(axis4, line)
     side *= np.where(((elbow - shoulder) * side).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
     up = axis1 - line * (line @ axis1)[:, None]
-    along = np.linalg.norm(up, axis=1) < ALONG
-    if along.any():
-        other = any_perpendicular(axis1)
-        up[along] = other - line[along] * (line[along] @ other)[:, None]
     c, s = (up * side).sum(axis=1), (np.cross(line, up) * side).sum(axis=1)
     angle = np.arctan2(s, c)
     return np.column_stack([np.cos(angle), np.sin(angle)])
