@@ -18,6 +18,7 @@ from kinverse.cli.fk import fk
 from kinverse.cli.info import info
 from kinverse.cli.robots import robots
 from kinverse.cli.solve import solve
+from kinverse.cli.train import train
 from kinverse.errors import KinverseError
 
 __all__ = ["app", "main"]
@@ -29,7 +30,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (robots, info, fk, solve, compare):
+for _command in (robots, info, fk, solve, compare, train):
     app.command()(_command)
 
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 
 import kinverse as kv
-from kinverse import solve
 from kinverse.cli._poses import Poses
 from kinverse.cli._show import (
     console,
@@ -31,6 +30,7 @@ from kinverse.cli._show import (
 if TYPE_CHECKING:
     from kinverse.robot import Robot
     from kinverse.solutions import Solutions
+    from kinverse.solvers import Solver
 
 __all__ = ["Answers", "run"]
 
@@ -43,11 +43,9 @@ FAR = 10.0
 
 
 def run(
-    robot: "Robot",
+    solver: "Solver",
     given: Poses,
     *,
-    solver: str,
-    task: str,
     q_seed: NDArray[np.float64] | None,
     rng: int | None,
 ) -> list["Solutions"]:
@@ -60,7 +58,7 @@ def run(
         try:
             for start in starts:
                 T = given.T[start : start + CHUNK]
-                done.append(solve(robot, T, solver=solver, task=task, q_seed=q_seed, rng=rng))
+                done.append(solver.solve(T, q_seed, rng))
                 bar.advance(job, len(T))
         except KeyboardInterrupt:
             count = sum(map(len, done))

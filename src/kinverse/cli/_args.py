@@ -18,6 +18,7 @@ __all__ = [
     "RobotName",
     "Task",
     "Tip",
+    "all_numbers",
     "check_plot",
     "join_numbers",
     "numbers",
@@ -33,7 +34,7 @@ Degrees = Annotated[bool, typer.Option("--degrees", help="All angles in degrees,
 Json = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar or schoenflies.")]
 
-LISTS = ("--pose", "--q", "--q-seed")
+LISTS = ("--pose", "--q", "--q-seed", "--region")
 
 
 def join_numbers(argv: Iterable[str]) -> list[str]:
@@ -91,14 +92,32 @@ def numbers(text: str, count: int, option: str, names: str) -> list[float]:
     Raises:
         InputError: not so many, not finite, or something that is no number.
     """
+    values = _floats(text, option)
+    if len(values) != count:
+        raise InputError(f"{option} needs {count} numbers ({names}), got {len(values)}")
+    return _finite(values, option, text)
+
+
+def all_numbers(text: str, option: str) -> list[float]:
+    """The numbers of one option, however many.
+
+    Raises:
+        InputError: not finite, or something that is no number.
+    """
+    return _finite(_floats(text, option), option, text)
+
+
+def _floats(text: str, option: str) -> list[float]:
     values = []
     for part in _parts(text) if text.strip() else []:
         try:
             values.append(float(part))
         except ValueError:
             raise InputError(f"{option}: {part!r} is not a number") from None
-    if len(values) != count:
-        raise InputError(f"{option} needs {count} numbers ({names}), got {len(values)}")
+    return values
+
+
+def _finite(values: list[float], option: str, text: str) -> list[float]:
     if not all(map(math.isfinite, values)):
         raise InputError(f"{option} must be finite, got {text}")
     return values

@@ -12,6 +12,7 @@ from kinverse.solvers.swarm import Swarm
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
+    from kinverse.solvers import Solver
 
 __all__ = ["convergence", "search"]
 
@@ -19,15 +20,14 @@ MOST = 100
 """Poses whose searches are drawn: their populations are all held in memory."""
 
 
-def search(path: Path, robot: "Robot", T: Any, solver: str, task: str, rng: int | None) -> None:
-    """Four pictures of the searches of the poses by one swarm solver."""
-    made = make_solver(solver, robot, task)
-    if not isinstance(made, Swarm):
-        raise InputError(f"--plot draws swarm solvers, such as swarm:pso; {solver!r} is none")
+def search(path: Path, solver: "Solver", T: Any, name: str, rng: int | None) -> None:
+    """Four pictures of the searches of the poses by one swarm solver, fitted."""
+    if not isinstance(solver, Swarm):
+        raise InputError(f"--plot draws swarm solvers, such as swarm:pso; {name!r} is none")
     if not len(T):
         raise InputError("--plot: there is no pose to draw")
-    title = f"{robot.name}, {solver}"
-    plots.swarm_figure(made.fit(robot), T[:MOST], rng, title).savefig(path, dpi=120)
+    title = f"{solver.robot_.name}, {name}"
+    plots.swarm_figure(solver, T[:MOST], rng, title).savefig(path, dpi=120)
     note(f"drawn: {path}")
 
 

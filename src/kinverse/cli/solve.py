@@ -12,7 +12,6 @@ from kinverse.cli._args import (
     Degrees,
     Json,
     RobotName,
-    Task,
     Tip,
     check_plot,
     numbers,
@@ -43,8 +42,13 @@ def solve(
     ] = None,
     matrix: Annotated[Path | None, typer.Option(help="File of 4 x 4 matrices.")] = None,
     poses: Annotated[Path | None, typer.Option(help="CSV file of poses, with a header.")] = None,
-    solver: Annotated[str, typer.Option(help="auto, analytic, numerical, swarm:gwo ...")] = "auto",
-    task: Task = "pose",
+    solver: Annotated[
+        str, typer.Option(help="auto, analytic, numerical, swarm:gwo ... or a .npz file of train.")
+    ] = "auto",
+    task: Annotated[
+        str | None,
+        typer.Option(help="pose (or the file's), position, position_axis, planar, schoenflies."),
+    ] = None,
     q_seed: Annotated[
         str | None, typer.Option("--q-seed", help="Joint values to start from or stay near.")
     ] = None,
@@ -63,7 +67,7 @@ def solve(
     import numpy as np
 
     import kinverse as kv
-    from kinverse.cli import _answers
+    from kinverse.cli import _answers, _solver
     from kinverse.cli._show import joint_kinds, note, note_turns, write_atomically
 
     if out is not None and out.suffix not in (".csv", ".json"):
@@ -72,8 +76,10 @@ def solve(
         raise InputError(f"--out: there is no folder {out.parent}")
     if plot is not None:
         check_plot(plot)
-    given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP, task=task)
     arm = kv.load(robot, base=base, tip=tip)
+    made = _solver.fitted(solver, arm, task)
+    task = made.settings_.task
+    given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP, task=task)
     note_turns([given.largest], degrees)
     seed = None
     if q_seed is not None:
@@ -92,8 +98,8 @@ def solve(
     if plot is not None:
         from kinverse.cli import _plot
 
-        _plot.search(plot, arm, given.T, solver, task, rng)
-    done = _answers.run(arm, given, solver=solver, task=task, q_seed=seed, rng=rng)
+        _plot.search(plot, made, given.T, solver, rng)
+    done = _answers.run(made, given, q_seed=seed, rng=rng)
     answers = _answers.Answers(arm, solver, task, degrees, given, done)
     if out is not None:
         write_atomically(out, answers.csv() if out.suffix == ".csv" else answers.json())

@@ -18,6 +18,7 @@ from kinverse.learning.keep import (
     one_branch,
 )
 from kinverse.learning.pairs import IncrementalPairs, PairSet, pair_inputs
+from kinverse.learning.regression_table import RegressionTable, regression_table
 from kinverse.learning.virtual_vector import VirtualVector
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "PairSet",
     "PoseFeatures",
     "Predicate",
+    "RegressionTable",
     "VirtualVector",
     "branch_of",
     "collision_free",
@@ -34,5 +36,6 @@ __all__ = [
     "one_branch",
     "pair_inputs",
     "passing",
+    "regression_table",
     "sample",
 ]

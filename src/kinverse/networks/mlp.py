@@ -128,7 +128,7 @@ class MLP(IterativeNetwork):
         depth = len(_hidden(self.hidden))
         if isinstance(self.activation, str):
             return (self.activation,) * depth
-        names = tuple(self.activation)
+        names = tuple(self.activation) if np.iterable(self.activation) else ()
         if len(names) != depth:
             raise InputError(
                 f"activation must be one name or one for each of {depth} hidden layers, got"
@@ -153,9 +153,10 @@ class MLP(IterativeNetwork):
 
 
 def _hidden(hidden: Any) -> tuple[int, ...]:
-    units = (hidden,) if isinstance(hidden, (int, np.integer)) else tuple(hidden)
+    whole = isinstance(hidden, (int, np.integer))
+    units = (hidden,) if whole else tuple(hidden) if np.iterable(hidden) else ()
     if not units:
-        raise InputError("hidden must name at least one layer, got ()")
+        raise InputError(f"hidden must name at least one layer, (h_1, ...) or h, got {hidden!r}")
     for count in units:
         check_whole("hidden units", count, 1)
     return tuple(int(count) for count in units)

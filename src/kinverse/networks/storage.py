@@ -94,8 +94,8 @@ def write(
 ) -> None:
     """Write a header and arrays at once: a file of this name is whole or is not there."""
     target = Path(path)
-    full = {"kinverse": VERSION, "kind": kind, "digest": _digest(arrays), **header}
-    text = json.dumps(full, allow_nan=False).encode()
+    full = {"kinverse": VERSION, "kind": kind, **header}
+    text = json.dumps({**full, "digest": _digest(full, arrays)}, allow_nan=False).encode()
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{HEADER: np.frombuffer(text, np.uint8), **arrays})  # type: ignore[arg-type]
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -136,13 +136,14 @@ def read(path: "str | os.PathLike[str]", kind: str) -> tuple[dict[str, Any], Arr
         )
     if header.get("kind") != kind:
         raise InputError(f"{where}: holds a {header.get('kind')}, not a {kind}")
-    if header.get("digest") != _digest(arrays):
-        raise InputError(f"{where}: the numbers are not those that were written")
+    if header.pop("digest", None) != _digest(header, arrays):
+        raise InputError(f"{where}: altered, this is not what was written")
     return header, arrays
 
 
-def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    digest = hashlib.sha256()
+def _digest(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> str:
+    """What tells an altered file from a whole one; who alters it on purpose can make another."""
+    digest = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(arrays):
         array = np.ascontiguousarray(arrays[name])
         digest.update(f"{name} {array.dtype.str} {array.shape};".encode())

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal
+from kinverse.solvers.trained.examples import Examples
+from kinverse.solvers.trained.held_out import task_errors
 from kinverse.solvers.trained.increments import Increments
 from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
 from kinverse.task import as_task
@@ -129,6 +131,7 @@ class Fusion(Trained):
         drawn = sample(robot, self.n_poses, random_state=rng, keep=self.keep, region=self.region)
         network = self._new_network(0, "pairs", 1)
         rotations = as_task(self.settings_.task).rotation > 0
+        self.branches_ = np.zeros(1, np.int64)
         self.experts_ = [Increments(network, features, drawn.q, drawn.T, rotations)]
         self._remember()
         self._tell("done", 1.0)
@@ -146,6 +149,12 @@ class Fusion(Trained):
         check_whole("n_poses", self.n_poses, 2, MOST_POSES)
         check_whole("max_iterations", self.max_iterations, 1, 100_000)
         check_fallback(self.fallback)
+
+    def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
+        from kinverse.learning import sample
+
+        drawn = sample(self.robot_, n_samples, random_state=rng, keep=self.keep, region=self.region)
+        return [Examples(drawn.q, drawn.T)]
 
     # Solving ----------------------------------------------------------------------------------
 
@@ -211,14 +220,11 @@ class Fusion(Trained):
 
     def _error(self, q: Array, T: Array) -> Array:
         """The larger of position and rotation error of q (K, n), in their tolerances."""
-        settings, chain = self.settings_, self.robot_.chain
-        code, rows = as_task(settings.task).code, np.ascontiguousarray(q[:, None])
-        # norms 0, 0: position error [m] + weight * rotation angle [rad]
-        position = chain.pose_costs(code, 0, 0, T, np.zeros(len(T)), rows)[:, 0]
-        both = chain.pose_costs(code, 0, 0, T, np.ones(len(T)), rows)[:, 0]
-        rotation = both - position
+        position, rotation = task_errors(self.robot_, self.settings_.task, q, T)
         return np.asarray(
-            np.maximum(position / settings.tol_position, rotation / settings.tol_rotation)
+            np.maximum(
+                position / self.settings_.tol_position, rotation / self.settings_.tol_rotation
+            )
         )
 
     def _inside(self, q: Array) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Proposal
 from kinverse.solvers.descent import Descent
 from kinverse.solvers.trained.branch_labels import BranchLabels, branch_labels
-from kinverse.solvers.trained.examples import by_branch, nearest_middle, unchanged
+from kinverse.solvers.trained.examples import Examples, by_branch, nearest_middle, unchanged
 from kinverse.solvers.trained.expert import Expert
 from kinverse.solvers.trained.rounds import Rounds, Starts
 from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
@@ -70,7 +70,8 @@ class Learned(Trained):
 
     Attributes:
         experts_: the trained networks with their examples.
-        branch_labels_: names of the branches they stand for.
+        branch_labels_: names of the branches, empty where there is one network for all.
+        branches_: (B,) number of the branch that each network stands for.
 
     Raises:
         InputError: (fit) a setting that is not valid, or examples that cannot be made.
@@ -130,26 +131,42 @@ class Learned(Trained):
         rng = np.random.default_rng(self.random_state)
         self._tell("examples", 0.0)
         labels = None if virtual is not None else branch_labels(robot, self.settings_.task)
-        self.branches_ = np.zeros(1, np.int64)
-        if labels is not None:
-            groups = by_branch(robot, labels, self.n_samples, rng, self.keep)
-            self.branch_labels_, self.branches_ = labels.names, np.array(list(groups), np.int64)
-            sets = list(groups.values())
-        elif virtual is not None:
-            sets = [unchanged(robot, self.n_samples, rng, self.keep)]
-        else:
-            sets = [nearest_middle(robot, self.settings_, self.n_samples, rng, self.keep)]
+        self.branch_labels_ = () if labels is None else labels.names
+        sets = self._examples(robot, labels, virtual is not None, self.n_samples, rng)
         if not sets:
             raise InputError(f"no branch of {robot.name!r} has enough examples inside the limits")
+        self.branches_ = np.array(list(sets), np.int64)
         rotations = as_task(self.settings_.task).rotation > 0
         self.experts_ = []
-        for k, examples in enumerate(sets):
-            label = labels.names[self.branches_[k]] if labels else robot.name
+        for k, (branch, examples) in enumerate(sets.items()):
+            label = labels.names[branch] if labels else robot.name
             network = self._new_network(k, label, len(sets))
             expert = Expert(robot, network, features, virtual, examples, rotations)
             self.experts_.append(expert)
         self._remember()
         self._tell("done", 1.0)
+
+    def _examples(
+        self,
+        robot: Robot,
+        labels: BranchLabels | None,
+        completed: bool,
+        n_samples: int,
+        rng: np.random.Generator,
+    ) -> dict[int, Examples]:
+        """By branch, 0 where there is one network: what it learns, or is tested with."""
+        if labels is not None:
+            return by_branch(robot, labels, n_samples, rng, self.keep)
+        if completed:
+            return {0: unchanged(robot, n_samples, rng, self.keep)}
+        return {0: nearest_middle(robot, self.settings_, n_samples, rng, self.keep)}
+
+    def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
+        robot, first = self.robot_, self.experts_[0]
+        labels = branch_labels(robot, self.settings_.task) if self.branch_labels_ else None
+        sets = self._examples(robot, labels, first.virtual is not None, n_samples, rng)
+        none = Examples(np.empty((0, robot.dof)), np.empty((0, 4, 4)))
+        return [sets.get(branch, none) for branch in self.branches_.tolist()]
 
     def _default_network(self) -> Any:
         from kinverse.networks import MLP

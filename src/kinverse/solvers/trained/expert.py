@@ -14,7 +14,7 @@ from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.joint_targets import JointTargets, joint_targets
 from kinverse.solvers.trained.neighbours import Neighbours
 
-__all__ = ["Expert", "packed_map", "rounded", "unpacked_map"]
+__all__ = ["Expert", "packed_map", "predicted", "rounded", "train", "unpacked_map", "wrapped"]
 
 Array = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
@@ -63,6 +63,15 @@ class Expert:
             X = np.hstack([X, values])
         return rounded(self.targets.decode(predicted(self.network, X)))
 
+    def training_error(self, robot: Robot) -> Array:
+        """Joint by joint (K, n), what is predicted for the examples less what they are."""
+        gap = self.predict(robot, self.neighbours.T) - self.neighbours.q
+        return wrapped(gap, self.targets.circular)
+
+    def joint_errors(self, mse: Array) -> Array:
+        """Mean squared errors (E, outputs) of the network as those of joints (E, n)."""
+        return self.targets.joint_errors(mse)
+
     # Files ------------------------------------------------------------------------------------
 
     def packed(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
@@ -105,6 +114,12 @@ def rounded(q: Array) -> Array:
     on which poses are solved together.
     """
     return np.asarray(np.rint(q * GRID) / GRID)
+
+
+def wrapped(gap: Array, circular: NDArray[np.bool_]) -> Array:
+    """Joint differences (N, n), of circular joints by the shorter way."""
+    turns = np.where(circular, np.rint(gap / (2.0 * np.pi)), 0.0)
+    return np.asarray(gap - 2.0 * np.pi * turns)
 
 
 def packed_map(

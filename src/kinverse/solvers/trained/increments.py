@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.learning import IncrementalPairs, PoseFeatures
+from kinverse.robot import Robot
 from kinverse.solvers.trained.expert import (
     packed_map,
     predicted,
@@ -43,6 +44,16 @@ class Increments:
     def predict(self, P: Array, dP: Array) -> Array:
         """Joint increments (N, n) for features P (N, f) of a pose and their increments (N, f)."""
         return rounded(predicted(self.network, np.hstack([P, dP])))
+
+    def training_error(self, robot: Robot) -> Array:
+        """Joint by joint (K (K - 1), n), the increments predicted for all pairs less the true."""
+        whole = IncrementalPairs(self.features, test_fraction=0.0)
+        X, y = whole.make(self.neighbours.q, self.neighbours.T).train
+        return np.asarray(predicted(self.network, X) - y)
+
+    def joint_errors(self, mse: Array) -> Array:
+        """Mean squared errors (E, outputs) of the network as those of joints: they are."""
+        return mse
 
     def packed(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """A header of plain values and the arrays."""

@@ -38,6 +38,19 @@ class JointTargets(NamedTuple):
         q[:, self.circular] = np.arctan2(sine, cosine)
         return q
 
+    def joint_errors(self, mse: Array) -> Array:
+        """Mean squared errors (E, targets) as those of joints (E, n).
+
+        A circular joint's are those of its cosine and sine together, the squared chord, which is
+        the squared angle while that is small.
+        """
+        plain = int((~self.circular).sum())
+        turning = len(self.circular) - plain
+        errors = np.empty((len(mse), len(self.circular)))
+        errors[:, ~self.circular] = mse[:, :plain]
+        errors[:, self.circular] = mse[:, plain : plain + turning] + mse[:, plain + turning :]
+        return errors
+
 
 def joint_targets(robot: Robot) -> JointTargets:
     """The targets that suit a robot's limits.

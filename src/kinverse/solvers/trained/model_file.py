@@ -40,6 +40,7 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
         "fingerprint": fingerprint(robot),
         "settings": {key: _plain(key, value) for key, value in settings.items()},
         "branch_labels": list(solver.branch_labels_),
+        "branches": solver.branches_.tolist(),
         "experts": parts,
     }
     storage.write(path, KIND, header, arrays)
@@ -55,6 +56,7 @@ def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
         solver._restore(
             robot,
             header["branch_labels"],
+            header["branches"],
             [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
             where,
         )
@@ -96,10 +98,10 @@ def _of_part(arrays: Mapping[str, NDArray[Any]], k: int) -> Arrays:
 
 
 def _plain(key: str, value: Any) -> Any:
-    if isinstance(value, np.generic):
-        value = value.item()
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    if isinstance(value, (tuple, list, np.ndarray)):
-        return np.asarray(value, dtype=np.float64).tolist()
+    if isinstance(value, (tuple, list)):
+        return [_plain(key, item) for item in value]
     raise InputError(f"the setting {key}={value!r} cannot be saved without code")

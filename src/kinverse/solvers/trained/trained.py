@@ -13,7 +13,9 @@ from kinverse.robot import Robot
 from kinverse.solvers._base import Settings, Solver
 from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.trained import model_file
+from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.expert import Expert
+from kinverse.solvers.trained.held_out import HeldOut, held_out
 
 __all__ = ["Trained", "check_fallback", "check_whole", "restarting"]
 
@@ -22,18 +24,24 @@ Array = NDArray[np.float64]
 MOST_SEED = 2**32 - 1
 """The largest seed that scikit-learn's networks take."""
 
+HELD_OUT = 20_240_229
+"""Makes the seed of held-out examples another one than any of training."""
+MOST_HELD_OUT = 1_000_000
+
 
 class Trained(Solver):
     """A solver whose ``fit`` trains networks: ``network``, ``random_state``, ``progress``.
 
     Attributes:
         experts_: the trained networks with their examples.
+        branches_: (B,) number of the branch that each of them stands for.
     """
 
     network: Any
     random_state: int
     progress: Callable[[str, float], Any] | None
     experts_: list[Any]
+    branches_: NDArray[np.int64]
     _expert: ClassVar[Any] = Expert
 
     # Training ---------------------------------------------------------------------------------
@@ -91,12 +99,45 @@ class Trained(Solver):
         Example:
             >>> solver.predict(T)[:, 0]
         """
+        self._check_fitted()
+        return self._predicted(se3.as_poses(T))
+
+    def _check_fitted(self) -> None:
         if not self.is_fitted:
             name = type(self).__name__
             raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
-        return self._predicted(se3.as_poses(T))
 
     def _predicted(self, T: Array) -> Array:
+        raise NotImplementedError
+
+    def held_out(self, n_samples: int = 500) -> HeldOut:
+        """What the networks predict for examples that they have not seen.
+
+        They are made as the training examples were (``keep`` heeded, which a file does not hold),
+        from a seed that is unrelated to ``random_state``.
+
+        Args:
+            n_samples: examples for each network; a rare branch may have fewer or none.
+
+        Raises:
+            InputError: not fitted, or examples that cannot be made.
+
+        Example:
+            >>> np.median(solver.held_out().position_error)
+        """
+        self._check_fitted()
+        check_whole("n_samples", n_samples, 2, MOST_HELD_OUT)
+        rng = np.random.default_rng([HELD_OUT, int(self.random_state)])
+        parts = [
+            held_out(
+                self.robot_, self.settings_.task, k, *examples, self._predicted(examples.T)[:, k]
+            )
+            for k, examples in enumerate(self._fresh(n_samples, rng))
+        ]
+        return HeldOut(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
+        """Examples for each network, made as the training examples were."""
         raise NotImplementedError
 
     # Files ------------------------------------------------------------------------------------
@@ -138,10 +179,13 @@ class Trained(Solver):
         self,
         robot: Robot,
         labels: Sequence[str],
+        branches: Sequence[int],
         experts: Sequence[tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]],
         where: str,
     ) -> None:
-        self.branch_labels_ = tuple(labels)
+        self.branch_labels_, self.branches_ = tuple(labels), np.array(branches, np.int64)
+        if self.branches_.shape != (len(experts),):
+            raise InputError(f"{where}: {len(experts)} networks for branches {branches}")
         self.experts_ = [self._expert.unpacked(head, arrays, where) for head, arrays in experts]
         from sklearn.base import clone
 
