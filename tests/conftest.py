@@ -1,10 +1,16 @@
 """Robots that several test files share."""
 
-import hypothesis
-import numpy as np
-import pytest
+import os
 
-from kinverse.robot import Robot
+# two pools of linear algebra threads on two cores: small matrices take many times as long
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import hypothesis  # noqa: E402
+import numpy as np  # noqa: E402
+import pytest  # noqa: E402
+
+from kinverse.robot import Robot  # noqa: E402
 
 # the same examples in every run: a red run is a change's doing, and anyone can repeat it
 hypothesis.settings.register_profile("repeatable", derandomize=True)

@@ -213,6 +213,8 @@ SECTIONS = [
     *("closed_form", "singular", "unreachable", "general", "branch_sets", "around"),
     *("rank_deficient", "seven", "sweeps", "fit_time", "quaternion_pairs", "fk_lanes"),
     "hybrid_mlps",
+    "trainers",
+    "predicting",
     "anfis",
     "learned",
     "learned_starts",

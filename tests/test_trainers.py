@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from kinverse.errors import InputError
 from kinverse.networks import MLP
 from kinverse.networks.layers import Layers
 from kinverse.networks.monitor import Monitor
 from kinverse.networks.trainers import TRAINERS, Task, find_trainer
+from kinverse.networks.trainers.damping import make_damping
 from kinverse.networks.trainers.gradient_descent import FASTER, MOST_RISE, SLOWER
 from kinverse.networks.trainers.one_step_secant import secant_direction
 
@@ -393,3 +395,42 @@ def test_limited_memory_bfgs_says_why_it_ended():
     assert monitor.reason == "no step lowers the error any more"
     one = run("lbfgs", X, Y, layers=SMALL, start=start, epochs=1)
     assert (one.epochs, one.reason) == (1, "all epochs were used")
+
+
+@pytest.mark.parametrize("trainer", ["lm", "bayes"])
+@pytest.mark.parametrize("damping", ["tenfold", "nielsen"])
+def test_either_damping_learns_a_smooth_map(trainer, damping):
+    rng = np.random.default_rng(3)
+    X = rng.uniform(-1, 1, (300, 2))
+    y = np.sin(2.0 * X[:, 0]) * X[:, 1]
+    net = MLP(hidden=(10,), trainer=trainer, damping=damping, max_iter=60, random_state=1)
+    assert net.fit(X, y).loss_curve_[-1] < 1e-3 * y.var()
+
+
+def test_nielsen_trusts_a_model_that_keeps_its_promise():
+    rule = make_damping("nielsen", 1.0)
+    rule.accept(1.0)
+    assert rule.mu == pytest.approx(1.0 / 3.0)
+    rule.refuse()
+    rule.refuse()
+    assert rule.mu == pytest.approx(8.0 / 3.0)
+    rule.accept(0.0)  # nothing gained: the model was too bold
+    assert rule.mu == pytest.approx(16.0 / 3.0)
+
+
+def test_an_unknown_damping_names_the_known():
+    with pytest.raises(InputError, match="'tenfold' or 'nielsen'"):
+        MLP(damping="none", trainer="lm").fit(np.zeros((5, 1)), np.arange(5.0))
+
+
+def test_a_callback_sees_the_network_as_it_is_now():
+    rng = np.random.default_rng(3)
+    X = rng.uniform(-1, 1, (60, 2))
+    y = 3.0 * X[:, :1] - 1.0
+    errors = []
+
+    def look(progress):
+        errors.append(float(np.mean((progress.predict(X) - y) ** 2)))
+
+    net = MLP(hidden=(4,), max_iter=8, random_state=0, callback=look).fit(X, y)
+    np.testing.assert_allclose(errors, net.training_mse_[:, 0], rtol=1e-9)

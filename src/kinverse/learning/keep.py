@@ -1,153 +1,278 @@
-"""Which configurations to learn: predicates from joint values (M, n) to a mask (M,)."""
+"""Which joint values a data set keeps: predicates q (M, n) -> (M,) of bool.
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+Any function of that form will do; those made here have names, and go together by ``&``, ``|`` and
+``~``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from kinverse import se3
 from kinverse.errors import InputError
-from kinverse.ranking import turning
-from kinverse.robot import Robot
+from kinverse.geometry import axis_lines
+from kinverse.ranking import rewound
+from kinverse.robot import LIMIT_SLACK, Robot
+from kinverse.solutions import Solutions
+from kinverse.task import as_task
+from kinverse.velocity import homogeneous
 
 __all__ = [
-    "Keep",
-    "asked",
+    "BranchSolver",
+    "Predicate",
+    "branch_of",
+    "collision_free",
     "far_from_singularity",
     "inside_limits",
-    "named",
+    "mask_of",
+    "name_of",
     "one_branch",
-    "passing",
 ]
 
 Array = NDArray[np.float64]
-Predicate = Callable[[Array], Any]
-Keep = Predicate | Sequence[Predicate] | Mapping[str, Predicate] | None
-"""One predicate, several (a configuration must pass all) or several with names."""
+Bools = NDArray[np.bool_]
+Test: TypeAlias = "Callable[[Array], ArrayLike]"
 
-BLOCK = 4096
-
-
-def passing(q: Array, keep: Keep) -> NDArray[np.bool_]:
-    """Which configurations (M, n) pass every predicate.
-
-    Raises:
-        InputError: a predicate that does not give one bool for each row; it is named.
-
-    Example:
-        >>> passing(q, [inside_limits(robot, 0.1)])
-    """
-    mask = np.ones(len(q), np.bool_)
-    for name, predicate in named(keep).items():
-        mask[mask] = asked(name, predicate, q[mask])
-    return mask
+SAME = 1e-5
+"""Largest joint difference [rad or m] of a solution that is the configuration asked for: where two
+branches meet, rounding takes half the digits."""
 
 
-def named(keep: Keep) -> dict[str, Predicate]:
-    """Predicates by name.
+class BranchSolver(Protocol):
+    """A fitted solver that numbers its branches, such as :class:`kinverse.Analytic`."""
 
-    Raises:
-        InputError: something that is no predicate.
-    """
-    if keep is None:
-        return {}
-    if isinstance(keep, Mapping):
-        found = {str(name): predicate for name, predicate in keep.items()}
-    else:
-        several = [keep] if callable(keep) else list(keep)
-        found = {}
-        for predicate in several:
-            name = getattr(predicate, "__name__", type(predicate).__name__)
-            found[name if name not in found else f"{name} {len(found) + 1}"] = predicate
-    for name, predicate in found.items():
-        if not callable(predicate):
-            raise InputError(f"keep: {name} is no function of joint values: {predicate!r}")
-    return found
+    robot_: Robot
+
+    def solve(self, T: Any) -> Solutions:
+        """Every solution of every pose, with its branch."""
 
 
-def inside_limits(robot: Robot, margin: float = 0.0) -> Predicate:
-    """Joint values at least ``margin`` [rad or m] inside the limits.
-
-    Example:
-        >>> sample(robot, 100, keep=inside_limits(robot, margin=0.1))
-    """
-    low, high = robot.limits.T
-
-    def inside(q: Array) -> NDArray[np.bool_]:
-        return np.asarray(((q >= low + margin) & (q <= high - margin)).all(axis=1))
-
-    inside.__name__ = "inside limits"
-    return inside
-
-
-def far_from_singularity(robot: Robot, least: float = 0.05) -> Predicate:
-    """Configurations whose Jacobian's smallest singular value is at least ``least``.
-
-    Lengths count in the arm's reach, so that it is a pure number; of an arm with fewer than six
-    joints the smallest of as many values as it has joints.
-
-    Example:
-        >>> sample(robot, 100, keep=far_from_singularity(robot, 0.1))
-    """
-    rng = np.random.default_rng(0)
-    places = robot.fk(robot.random(256, rng))[:, :3, 3]
-    spread = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
-    unit = np.array([1.0 / spread if spread > 0.0 else 1.0] * 3 + [1.0] * 3)[:, None]
-
-    def far(q: Array) -> NDArray[np.bool_]:
-        values = [
-            np.linalg.svd(robot.jacobian(q[k : k + BLOCK]) * unit, compute_uv=False)[:, -1]
-            for k in range(0, len(q), BLOCK)
-        ]
-        return np.concatenate([np.empty(0), *values]) >= least
-
-    far.__name__ = "far from singularity"
-    return far
-
-
-def one_branch(solver: Any, branch: int | str) -> Predicate:
-    """Configurations on one branch of a closed form.
-
-    A configuration lies on the branch of that solution of the pose it reaches that it equals.
+@dataclass(frozen=True)
+class Predicate:
+    """A test of joint values with a name.
 
     Args:
-        solver: a fitted solver that numbers its branches, such as ``kv.Analytic``.
-        branch: its number or its name.
-
-    Raises:
-        InputError: a branch that the solver does not have; the names are listed.
+        name: what it is called in counts and messages.
+        test: takes q (M, n), returns a mask (M,) of bool.
 
     Example:
-        >>> sample(robot, 100, keep=one_branch(kv.Analytic().fit(robot), 0))
+        >>> high = Predicate("high", lambda q: robot.fk(q)[:, 2, 3] > 0.5)
+        >>> keep = high & ~inside_limits(robot, 0.1)
     """
-    labels = tuple(solver.branch_labels_)
-    number = labels.index(branch) if isinstance(branch, str) and branch in labels else branch
-    if not isinstance(number, (int, np.integer)) or not 0 <= number < len(labels):
-        raise InputError(f"branch must be 0..{len(labels) - 1} or one of {labels}, got {branch!r}")
-    robot = solver.robot_
-    turns = turning(robot)
 
-    def on_branch(q: Array) -> NDArray[np.bool_]:
-        answers = solver.solve(robot.fk(q))
-        mine = answers.branch == number
-        gap = answers.q[mine] - q[answers.pose_index[mine]]
-        gap = np.where(turns, gap - 2.0 * np.pi * np.rint(gap / (2.0 * np.pi)), gap)
-        mask = np.zeros(len(q), np.bool_)
-        mask[answers.pose_index[mine][np.abs(gap).max(axis=1) < 1e-6]] = True
-        return mask
+    name: str
+    test: Test
 
-    on_branch.__name__ = f"branch {labels[number]}"
-    return on_branch
+    def __call__(self, q: Array) -> Bools:
+        """The mask (M,) of q (M, n); an InputError names a test that returns something else."""
+        return mask_of(self.test, q, self.name)
+
+    def __and__(self, other: Test) -> "Predicate":
+        return Predicate(f"({self.name} & {name_of(other)})", partial(_both, self, other))
+
+    def __or__(self, other: Test) -> "Predicate":
+        return Predicate(f"({self.name} | {name_of(other)})", partial(_either, self, other))
+
+    def __invert__(self) -> "Predicate":
+        return Predicate(f"~{self.name}", partial(_not, self))
 
 
-def asked(name: str, predicate: Predicate, q: Array) -> NDArray[np.bool_]:
-    """What a predicate says of configurations (M, n), checked."""
-    if not len(q):
-        return np.zeros(0, np.bool_)
-    mask = np.asarray(predicate(q.copy()))
+def name_of(test: Test) -> str:
+    """What a predicate is called: its ``name``, else that of the function or the class."""
+    own = getattr(test, "name", None) or getattr(test, "__name__", None)
+    return own if isinstance(own, str) else type(test).__name__
+
+
+def mask_of(test: Test, q: Array, name: str | None = None) -> Bools:
+    """The mask (M,) that a predicate gives for q (M, n).
+
+    Raises:
+        InputError: it returns another shape, or something that is not bool; the message names it.
+
+    Example:
+        >>> mask_of(lambda q: q[:, 0] > 0.0, np.zeros((3, 6)))
+        array([False, False, False])
+    """
+    mask = np.asarray(test(q))
     if mask.shape != (len(q),) or mask.dtype != np.bool_:
         raise InputError(
-            f"keep: {name} must give {len(q)} bools, one for each configuration, got"
-            f" {mask.dtype} of shape {mask.shape}"
+            f"predicate {name or name_of(test)!r} must return ({len(q)},) of bool,"
+            f" got {mask.shape} of {mask.dtype}"
         )
     return mask
+
+
+# ---------------------------------------------------------------------------- those at hand
+def inside_limits(robot: Robot, margin: ArrayLike = 0.0) -> Predicate:
+    """Every joint inside its limits by a margin.
+
+    Args:
+        robot: whose limits.
+        margin: one, or (n,) of them, not negative [rad or m].
+
+    Raises:
+        InputError: a margin that is negative, not finite, of another shape, or too wide for a
+            joint; the message names the joint.
+
+    Example:
+        >>> inside_limits(robot, 0.1)(robot.random(5))
+    """
+    wide = se3.as_real(margin, "margin")
+    if wide.shape not in ((), (robot.dof,)) or not (np.isfinite(wide).all() and (wide >= 0).all()):
+        raise InputError(
+            f"margin must be one finite number or {robot.dof}, not negative, got {wide.tolist()}"
+        )
+    low, high = robot.limits[:, 0] + wide, robot.limits[:, 1] - wide
+    if (low > high).any():
+        j = int(np.argmax(low > high))
+        raise InputError(
+            f"margin {np.broadcast_to(wide, low.shape)[j]:g} leaves nothing of joint"
+            f" {robot.joint_names[j]!r}: its limits are {robot.limits[j, 0]:g} to"
+            f" {robot.limits[j, 1]:g}"
+        )
+    return Predicate("inside_limits", partial(_inside, low, high))
+
+
+def far_from_singularity(robot: Robot, *, least: float = 0.01, task: str = "pose") -> Predicate:
+    """Postures whose Jacobian is well conditioned.
+
+    Measured by the least singular value over the greatest (the inverse condition number; Salisbury
+    & Craig, Int. J. Robotics Research 1(1), 1982) of the task's Jacobian in one unit: lengths in
+    the reach of the arm (the distances from axis to axis and to the tool, added up).
+
+    Args:
+        robot: the arm.
+        least: smallest value to keep, above 0 and below 1.
+        task: whose rows of the Jacobian, see :mod:`kinverse.task`.
+
+    Raises:
+        InputError: a value outside (0, 1), an unknown task.
+
+    Example:
+        >>> far_from_singularity(puma, least=0.05)(np.zeros((1, 6)))
+        array([False])
+    """
+    number = not isinstance(least, bool) and isinstance(least, (int, float))
+    if not (number and 0.0 < least < 1.0):
+        raise InputError(f"least must lie between 0 and 1, got {least!r}")
+    as_task(task)
+    return Predicate("far_from_singularity", partial(_well_conditioned, robot, least, task))
+
+
+def one_branch(solver: BranchSolver, branch: int | str) -> Predicate:
+    """Configurations of one branch of a closed form: the map from pose to joints is then single.
+
+    Args:
+        solver: fitted; see :func:`branch_of`.
+        branch: its number, or its label in ``solver.branch_labels_``.
+
+    Raises:
+        InputError: a solver that is not fitted, no such branch (the message lists them), or an arm
+            with more joints than the task has components: it has no single solution in a branch.
+
+    Example:
+        >>> one_branch(kv.Analytic().fit(kr16), "shoulder+ elbow+ wrist+")
+    """
+    robot = _robot_of(solver)
+    labels = tuple(getattr(solver, "branch_labels_", ()))
+    if isinstance(branch, str):
+        number = labels.index(branch) if branch in labels else -1
+    else:
+        whole = isinstance(branch, (int, np.integer)) and not isinstance(branch, bool)
+        number = int(branch) if whole else -1
+    if number < 0 or number >= (len(labels) or np.inf):
+        listed = "; ".join(f"{i} {label!r}" for i, label in enumerate(labels)) or "numbers from 0"
+        raise InputError(f"no branch {branch!r} of {robot.name!r}: the branches are {listed}")
+    label = f" {labels[number]}" if labels else ""
+    return Predicate(f"branch {number}{label}", partial(_of_branch, solver, number))
+
+
+def branch_of(solver: BranchSolver, q: ArrayLike) -> NDArray[np.int64]:
+    """The branch (M,) of each configuration: of the solution of its pose that equals it.
+
+    Solutions are compared but for whole turns, to 1e-5 rad. -1 where none is equal, as in singular
+    postures, whose solutions are many.
+
+    Args:
+        solver: fitted on the arm; has ``robot_`` and ``solve(T)`` with numbered branches.
+        q: (M, n) joint values [rad or m].
+
+    Raises:
+        InputError: a solver that is not fitted, an arm with more joints than the task has
+            components, joint values that cannot be used.
+
+    Example:
+        >>> branch_of(kv.Analytic().fit(robot), robot.random(1000))
+    """
+    robot = _robot_of(solver)
+    joints = np.atleast_2d(se3.as_joints(q, robot.dof))
+    s = solver.solve(robot.fk(joints))
+    asked = joints[s.pose_index]
+    away = np.abs(rewound(robot, s.q, asked, "ignore") - asked).max(axis=1, initial=0.0)
+    branch = np.full(len(joints), -1, dtype=np.int64)
+    rows = np.flatnonzero(away <= SAME)
+    rows = rows[np.argsort(-away[rows], kind="stable")]  # the nearest is written last
+    branch[s.pose_index[rows]] = s.branch[rows]
+    return branch
+
+
+def collision_free(free: Test) -> Predicate:
+    """A collision check of your own, named so in counts and messages.
+
+    Args:
+        free: takes q (M, n), returns (M,) of bool: True where nothing touches.
+
+    Example:
+        >>> keep = collision_free(lambda q: robot.fk(q)[:, 2, 3] > 0.05)  # above the table
+    """
+    if not callable(free):
+        raise TypeError(f"a collision check must be callable, got {type(free).__name__}")
+    return Predicate("collision_free", free)
+
+
+# ---------------------------------------------------------------------------- what they do
+# functions of the module, not closures: predicates can be pickled
+def _both(one: Test, other: Test, q: Array) -> Bools:
+    return mask_of(one, q) & mask_of(other, q)
+
+
+def _either(one: Test, other: Test, q: Array) -> Bools:
+    return mask_of(one, q) | mask_of(other, q)
+
+
+def _not(one: Test, q: Array) -> Bools:
+    return ~mask_of(one, q)
+
+
+def _inside(low: Array, high: Array, q: Array) -> Bools:
+    return np.asarray(((q >= low - LIMIT_SLACK) & (q <= high + LIMIT_SLACK)).all(axis=1))
+
+
+def _well_conditioned(robot: Robot, least: float, task: str, q: Array) -> Bools:
+    slides = np.zeros(robot.dof, dtype=np.bool_)
+    slides[robot.source[[kind == "P" for kind in robot.kinds]]] = True
+    reach = axis_lines(robot.frames, robot.kinds).size
+    J = as_task(task).constrained(robot.jacobian(q), robot.fk(q))
+    values = np.linalg.svd(homogeneous(J, reach, task, slides), compute_uv=False)
+    return np.asarray(values[:, -1] >= least * values[:, 0])
+
+
+def _of_branch(solver: BranchSolver, number: int, q: Array) -> Bools:
+    return np.asarray(branch_of(solver, q) == number)
+
+
+def _robot_of(solver: BranchSolver) -> Robot:
+    robot = getattr(solver, "robot_", None)
+    if not isinstance(robot, Robot):
+        raise InputError(f"{type(solver).__name__} is not fitted: call fit(robot) first")
+    size = as_task(getattr(getattr(solver, "settings_", None), "task", "pose")).size
+    if robot.dof > size:
+        raise InputError(
+            f"{robot.name!r} has {robot.dof} joints for {size} components: a branch of it is a"
+            " continuum; lock a joint first, robot.locked({joint: value})"
+        )
+    return robot

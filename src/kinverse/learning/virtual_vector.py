@@ -1,182 +1,256 @@
-"""Functions of the joints that complete a redundant arm's task space: document 003."""
+"""Functions of the joints that complete the task space of redundant arms (document 003)."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
+from kinverse.axes import axis_pairs, meeting_triples
 from kinverse.errors import InputError
+from kinverse.geometry import PARALLEL, axis_lines
 from kinverse.robot import Robot
 from kinverse.settings import HasSettings
 
-__all__ = ["KINDS", "VirtualVector"]
+__all__ = ["VirtualVector"]
 
 Array = NDArray[np.float64]
-Kind = str | tuple[str, str] | Callable[[Array], Any]
+Function: TypeAlias = "Callable[[Array], ArrayLike]"
 
-KINDS = ("angle_sum", "cos", "cos_sin", "arm_angle")
-"""Kinds by name; ("joint", name) and functions are kinds too."""
-
-PARALLEL = 1e-9
-"""Largest sine between the axes of an arm that counts as planar."""
+PLANAR = {
+    "angle_sum": ("angle_sum",),
+    "cos": ("cos(angle_sum)",),
+    "cos_sin": ("cos(angle_sum)", "sin(angle_sum)"),
+}
+ARM_ANGLE = "arm_angle"
+ARM_ANGLE_NAMES = ("cos(arm_angle)", "sin(arm_angle)")
+JOINT = "joint:"
 
 
 class VirtualVector(HasSettings):
-    """What a network is told beside the pose, so that a pose has one answer.
+    """What is added to the task so that it has as many components as the arm has joints.
 
-    Habibkhah and Mayorga (2021, equation 3) complete the position of a planar arm by the cosine and
-    sine of the sum of its joint angles. The cosine alone, as in their reference 34, cannot tell
-    the sum's sign and serves a limited range only.
+    Source: Habibkhah & Mayorga, "An ANN and virtual vector function approach for the computation of
+    the inverse kinematics of redundant manipulators", 2021, equation 3. A network that is told the
+    position only cannot learn joints that the position does not determine; told these values too,
+    it can.
 
     Args:
-        kind: for planar arms (all joints turn about parallel axes) "angle_sum" (in (-pi, pi] where
-            it is read off a pose), "cos", "cos_sin" of the sum; for arms of seven turning joints
-            "arm_angle", cosine and sine of the angle of the plane through the points 2, 4 and 6
-            about the line from 2 to 6, counted from the plane that holds joint 1's axis, where
-            point i is that of joint i's axis nearest to the axis before (shoulder, elbow and wrist
-            of an arm that has them); ("joint", name), a joint's own value; or a function of joint
-            values (M, n) that gives (M,) or (M, k).
+        kind: one of
 
-    Raises:
-        InputError: an unknown kind, or a robot that it does not suit.
+            * "angle_sum", "cos", "cos_sin": the sum of the angles of all turning joints [rad], its
+              cosine, or its cosine and sine, for arms whose turning axes are all parallel. A joint
+              counts negative if its axis points against that of the first. It is the tool's turn
+              about that axis from where it stands with all joints at zero. The cosine alone does
+              not tell a sum from its negative, so it serves a limited range of the joints only;
+              the sum itself jumps by a turn where ranges are wide; cosine and sine do neither.
+            * "arm_angle": cosine and sine of the arm angle of seven turning joints with spherical
+              shoulder and wrist: the angle of the elbow (axis 4) about the line from shoulder to
+              wrist, right-handed, 0 where the elbow lies in the plane of axis 1 and that line, on
+              the side axis 1 points to. It is the free parameter of :class:`kinverse.Analytic`
+              (Shimizu et al., IEEE Trans. Robotics 24(5), 2008, with another reference). Undefined
+              where the line runs along axis 1 and where the elbow lies on it.
+            * "joint:NAME": the value of that joint [rad or m].
+            * a function of joint values (M, n) that returns (M,) or (M, k).
 
     Example:
-        >>> VirtualVector("cos_sin").of_joints(kv.load("planar3r_003"), q).shape
-        (100, 2)
+        >>> robot = kv.load("planar3r_003")
+        >>> VirtualVector("cos_sin").of_joints(robot, [0.5, -1.0, 0.5]).round(6)
+        array([[1., 0.]])
     """
 
-    def __init__(self, kind: Kind) -> None:
+    def __init__(self, kind: "str | Function" = "cos_sin") -> None:
         self.kind = kind
 
+    def names(self, robot: Robot) -> tuple[str, ...]:
+        """The names of the k values; those of a function are counted by calling it once.
+
+        Raises:
+            InputError: as :meth:`of_joints`.
+
+        Example:
+            >>> VirtualVector("joint:joint4").names(kv.load("panda"))
+            ('joint4',)
+        """
+        kind = self._kind()
+        if not isinstance(kind, str):
+            own = getattr(kind, "__name__", type(kind).__name__)
+            count = self.of_joints(robot, robot.limits.mean(axis=1)).shape[1]
+            return (own,) if count == 1 else tuple(f"{own}[{i}]" for i in range(count))
+        if kind in PLANAR:
+            return PLANAR[kind]
+        return ARM_ANGLE_NAMES if kind == ARM_ANGLE else (kind.removeprefix(JOINT),)
+
     def of_joints(self, robot: Robot, q: ArrayLike) -> Array:
-        """Values (M, k) for joint values (M, n)."""
-        rows = se3.as_joints(q, robot.dof, "q").reshape(-1, robot.dof)
-        kind = self._checked()
-        if callable(kind):
-            return _called(kind, rows)
-        if isinstance(kind, tuple):
-            return rows[:, [robot._index(kind[1])]]
-        if kind == "arm_angle":
-            return _arm_angle(robot, rows)
-        return self._of_sum(rows @ _signs(robot))
+        """The values (M, k) of joint values.
+
+        Args:
+            robot: the arm they belong to.
+            q: (n,) or (M, n) joint values [rad or m].
+
+        Raises:
+            TypeError: complex, object or text data.
+            InputError: an unknown kind, an arm it does not fit, joint values that cannot be used,
+                or a function that returns another shape or values that are not finite.
+
+        Example:
+            >>> VirtualVector("arm_angle").of_joints(kv.load("iiwa14"), q).shape
+            (1, 2)
+        """
+        kind = self._kind()
+        q = np.atleast_2d(se3.as_joints(q, robot.dof))
+        if q.ndim != 2:
+            raise InputError(f"q must have shape ({robot.dof},) or (M, {robot.dof}), got {q.shape}")
+        if not isinstance(kind, str):
+            return _called(kind, q)
+        if kind in PLANAR:
+            return _of_angle(kind, _angle_sum(robot, kind, q))
+        if kind == ARM_ANGLE:
+            return _arm_angle(robot, q)
+        return q[:, [_joint(robot, kind)]]
 
     def of_pose(self, robot: Robot, T: ArrayLike) -> Array | None:
-        """Values (N, k) for poses T (N, 4, 4), or None where the pose does not tell them."""
-        kind, poses = self._checked(), se3.as_poses(T)
-        if callable(kind) or isinstance(kind, tuple) or kind == "arm_angle":
+        """The values (N, k) as far as the tool's pose tells them: of the planar kinds, else None.
+
+        The turn of the tool about the common axis; tilts are not heeded. It is known but for whole
+        turns: "angle_sum" is given in the turn about the middle of its range inside the limits, so
+        it is the sum of the joints' angles if that range is a turn or less.
+
+        Args:
+            robot: the arm.
+            T: (4, 4) or (N, 4, 4) poses.
+
+        Raises:
+            InputError: an unknown kind, an arm it does not fit, poses that cannot be used.
+
+        Example:
+            >>> VirtualVector("cos_sin").of_pose(robot, robot.fk(q)).shape
+            (1, 2)
+        """
+        kind = self._kind()
+        poses = se3.as_poses(T)
+        if not isinstance(kind, str) or kind not in PLANAR:
             return None
-        _signs(robot)  # refuses what is not planar
-        start = robot.fk(np.zeros(robot.dof))[:3, :3]
-        axis = _joint_frames(robot, np.zeros((1, robot.dof)))[0, 0, :3, 2]
-        turned = poses[:, :3, :3] @ start.T
-        # the turn about the axis: sine from the skew part, cosine from the trace
-        skew = np.stack(
-            [
-                turned[:, 2, 1] - turned[:, 1, 2],
-                turned[:, 0, 2] - turned[:, 2, 0],
-                turned[:, 1, 0] - turned[:, 0, 1],
-            ],
-            axis=1,
-        )
-        sine, cosine = 0.5 * skew @ axis, 0.5 * (np.trace(turned, axis1=1, axis2=2) - 1.0)
-        return self._of_sum(np.arctan2(sine, cosine))
+        axis, sign = _common_axis(robot, kind)
+        start = axis_lines(robot.frames, robot.kinds).T_zero[:3, :3]
+        w, *v = se3.quat_from_rotation(poses[:, :3, :3] @ start.T).T
+        turn = 2.0 * np.arctan2(axis @ np.array(v), w)
+        weight, offset = _weights(robot, sign)
+        middle = robot.limits.mean(axis=1) @ weight + offset
+        turn += 2.0 * np.pi * np.rint((middle - turn) / (2.0 * np.pi))
+        return _of_angle(kind, turn)
 
-    def _of_sum(self, total: Array) -> Array:
-        if self.kind == "angle_sum":
-            return total[:, None]
-        columns = [np.cos(total)] if self.kind == "cos" else [np.cos(total), np.sin(total)]
-        return np.stack(columns, axis=1)
-
-    def _checked(self) -> Kind:
+    def _kind(self) -> "str | Function":
         kind = self.kind
-        named = isinstance(kind, (tuple, list)) and len(kind) == 2 and kind[0] == "joint"
-        if named:
-            return ("joint", str(kind[1]))  # type: ignore[index]
-        if callable(kind) or (isinstance(kind, str) and kind in KINDS):
+        known = isinstance(kind, str) and (kind in PLANAR or kind == ARM_ANGLE)
+        if known or callable(kind) or (isinstance(kind, str) and kind.startswith(JOINT)):
             return kind
         raise InputError(
-            f"virtual must be one of {', '.join(KINDS)}, ('joint', name) or a function, got"
-            f" {kind!r}"
+            f"unknown virtual vector {kind!r}: it may be {', '.join(PLANAR)}, {ARM_ANGLE},"
+            " joint:NAME or a function of the joint values"
         )
 
 
-def _called(function: Callable[[Array], Any], q: Array) -> Array:
-    values = np.asarray(function(q.copy()), dtype=np.float64)
+def _called(function: Function, q: Array) -> Array:
+    name = getattr(function, "__name__", type(function).__name__)
+    values = se3.as_real(function(q), f"what the virtual vector {name} returns")
     if values.ndim not in (1, 2) or len(values) != len(q):
         raise InputError(
-            f"the virtual vector must give ({len(q)},) or ({len(q)}, k) values, got {values.shape}"
+            f"the virtual vector {name} must return ({len(q)},) or ({len(q)}, k),"
+            f" got {values.shape}"
         )
     if not np.isfinite(values).all():
-        row = int(np.flatnonzero(~np.isfinite(values.reshape(len(q), -1)).all(axis=1))[0])
-        raise InputError(f"the virtual vector is not finite for q {q[row].tolist()}")
+        raise InputError(f"the virtual vector {name} must return finite values, got NaN or inf")
     return values.reshape(len(q), -1)
 
 
-def _joint_frames(robot: Robot, q: Array) -> Array:
-    """(M, m, 4, 4) frames of the moving joints, z along the axis, before each joint moves."""
-    if len(robot.kinds) != robot.dof:
+def _joint(robot: Robot, kind: str) -> int:
+    name = kind.removeprefix(JOINT)
+    if name not in robot.joint_names:
         raise InputError(
-            f"robot {robot.name!r} has mimic joints: give a function as virtual vector"
+            f"virtual vector {kind!r}: robot {robot.name!r} has no free joint {name!r};"
+            f" it has {', '.join(robot.joint_names)}"
         )
-    T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-    frames = []
-    for i, kind in enumerate(robot.kinds):
-        T = T @ robot.frames[i]
-        frames.append(T)
-        value = robot.multiplier[i] * q[:, i] + robot.offset[i]
-        motion = np.tile(np.eye(4), (len(q), 1, 1))
-        if kind == "R":
-            motion[:, :3, :3] = se3.rotation_from_axis([0.0, 0.0, 1.0], value)
-        else:
-            motion[:, 2, 3] = value
-        T = T @ motion
-    return np.stack(frames, axis=1)
+    return robot.joint_names.index(name)
 
 
-def _signs(robot: Robot) -> Array:
-    """(n,) +1 or -1: which way each joint of a planar arm turns."""
-    if robot.kinds != "R" * robot.dof:
-        raise InputError(f"robot {robot.name!r} is no planar arm of turning joints: {robot.kinds}")
-    axes = _joint_frames(robot, np.zeros((1, robot.dof)))[0, :, :3, 2]
-    along = axes @ axes[0]
-    across = np.linalg.norm(np.cross(axes, axes[0]), axis=1)
-    if across.max() > PARALLEL:
-        joint = robot.joint_names[int(across.argmax())]
+# ---------------------------------------------------------------------------- planar arms
+def _of_angle(kind: str, angle: Array) -> Array:
+    columns = {"angle_sum": (angle,), "cos": (np.cos(angle),)}
+    return np.column_stack(columns.get(kind, (np.cos(angle), np.sin(angle))))
+
+
+def _angle_sum(robot: Robot, kind: str, q: Array) -> Array:
+    weight, offset = _weights(robot, _common_axis(robot, kind)[1])
+    return np.asarray(q @ weight + offset)
+
+
+def _common_axis(robot: Robot, kind: str) -> tuple[Array, Array]:
+    """Direction (3,) of the first turning joint, and how each moving joint counts: +-1, 0."""
+    direction = axis_lines(robot.frames, robot.kinds).direction
+    turns = np.array([letter == "R" for letter in robot.kinds])
+    if not turns.any():
+        raise InputError(f"virtual vector {kind!r}: {robot.name!r} has no turning joint")
+    first = int(np.argmax(turns))
+    across = np.linalg.norm(np.cross(direction, direction[first]), axis=1)
+    if (across[turns] > PARALLEL).any():
         raise InputError(
-            f"robot {robot.name!r} is no planar arm: the axis of joint {joint!r} is not parallel to"
-            " the first"
+            f"virtual vector {kind!r} needs turning axes that are all parallel: in {robot.name!r}"
+            f" joint {int(np.argmax(turns & (across > PARALLEL))) + 1} is not parallel to joint"
+            f" {first + 1}"
         )
-    return np.asarray(np.sign(along) * robot.multiplier)
+    return direction[first], np.where(turns, np.sign(direction @ direction[first]), 0.0)
 
 
+def _weights(robot: Robot, sign: Array) -> tuple[Array, float]:
+    """The sum of the turns as ``q @ weight + offset``: mimic joints turn too."""
+    weight = np.zeros(robot.dof)
+    np.add.at(weight, robot.source, sign * robot.multiplier)
+    return weight, float(sign @ robot.offset)
+
+
+# ---------------------------------------------------------------------------- arm angle
 def _arm_angle(robot: Robot, q: Array) -> Array:
-    """(M, 2) cosine and sine of the arm angle; NaN never: a stretched arm counts as 0."""
-    if robot.kinds != "RRRRRRR":
-        raise InputError(
-            f"the arm angle needs seven turning joints, {robot.name!r} has {robot.kinds}"
-        )
-    frames = _joint_frames(robot, q)
-    place, axis = frames[:, :, :3, 3], frames[:, :, :3, 2]
-    shoulder, elbow, wrist = (_foot(place, axis, i) for i in (1, 3, 5))
+    """Cosine and sine (M, 2); shoulder, wrist and axis 4 by forward kinematics and Jacobian."""
+    shoulder, wrist_in_tool, axis1 = _spherical_ends(robot)
+    T, J = robot.fk(q), robot.jacobian(q)[..., 3]
+    axis4 = J[:, 3:] / np.linalg.norm(J[:, 3:], axis=1, keepdims=True)
+    # the column's linear part is axis x lever: it leads from the tool point to the axis
+    speed = J[:, :3] / np.linalg.norm(J[:, 3:], axis=1, keepdims=True)
+    elbow = T[:, :3, 3] - np.cross(speed, axis4)
+    wrist = T[:, :3, :3] @ wrist_in_tool[:3] + T[:, :3, 3]
     line = wrist - shoulder
-    line = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), np.finfo(float).tiny)
-    first = np.cross(line, axis[:, 0])  # normal of the reference plane
-    second = np.cross(line, elbow - shoulder)
-    cosine = (first * second).sum(axis=1)
-    sine = (np.cross(first, second) * line).sum(axis=1)
-    angle = np.arctan2(sine, cosine)
-    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    length = np.linalg.norm(line, axis=1, keepdims=True)
+    line /= np.where(length == 0.0, 1.0, length)  # folded up: no line, and finite all the same
+    side = np.cross(axis4, line)
+    side *= np.where(((elbow - shoulder) * side).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    up = axis1 - line * (line @ axis1)[:, None]
+    c, s = (up * side).sum(axis=1), (np.cross(line, up) * side).sum(axis=1)
+    angle = np.arctan2(s, c)
+    return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def _foot(place: Array, axis: Array, i: int) -> Array:
-    """(M, 3) the point of axis i nearest to axis i - 1; of parallel ones the joint's own place."""
-    a, b = axis[:, i - 1], axis[:, i]
-    gap = place[:, i - 1] - place[:, i]
-    cosine = (a * b).sum(axis=1)
-    sine2 = 1.0 - cosine**2
-    along = ((gap * b).sum(axis=1) - cosine * (gap * a).sum(axis=1)) / np.where(
-        sine2 > PARALLEL, sine2, np.inf
-    )
-    return np.asarray(place[:, i] + along[:, None] * b)
+def _spherical_ends(robot: Robot) -> tuple[Array, Array, Array]:
+    """The shoulder (3,) in the base, the wrist (4,) in the tool frame, the direction of axis 1."""
+    why = f"virtual vector {ARM_ANGLE!r} needs seven turning joints"
+    if robot.kinds != "R" * 7 or robot.dof != 7:
+        raise InputError(f"{why}, none of them a mimic: {robot.name!r} has {robot.kinds}")
+    lines = axis_lines(robot.frames, robot.kinds)
+    triples = {triple.joints: triple for triple in meeting_triples(lines, robot.kinds)}
+    meet = [pair.relation == "meet" for pair in axis_pairs(lines, robot.kinds)]
+    for joints, part in (((0, 1, 2), "shoulder"), ((4, 5, 6), "wrist")):
+        if joints not in triples or not (meet[joints[0]] and meet[joints[1]]):
+            numbers = ", ".join(str(joint + 1) for joint in joints)
+            raise InputError(
+                f"{why} with a spherical shoulder and wrist: of {robot.name!r} axes {numbers}"
+                f" ({part}) do not meet in one point; hold a joint instead, by {JOINT}NAME"
+            )
+    shoulder, wrist = np.array(triples[0, 1, 2].point), np.array(triples[4, 5, 6].point)
+    for point, part in ((shoulder, "shoulder"), (wrist, "wrist")):
+        if np.linalg.norm(np.cross(lines.direction[3], point - lines.point[3])) < (
+            PARALLEL * lines.size
+        ):
+            raise InputError(f"{why}: axis 4 of {robot.name!r} goes through its {part}")
+    in_tool = se3.inverse(lines.T_zero) @ np.append(wrist, 1.0)
+    return shoulder, in_tool, lines.direction[0]

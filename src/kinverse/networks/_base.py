@@ -275,6 +275,7 @@ class IterativeNetwork(NetworkRegressor):
             callback=self.callback,
             validation=(rows[held], wanted[held]) if held.any() else None,
             output=self._forward,
+            predict=self._as_now,
         )
         try:
             self._optimize(rows[~held], wanted[~held], start, rng, monitor)
@@ -294,6 +295,11 @@ class IterativeNetwork(NetworkRegressor):
         self.training_mse_ = monitor.training_mse
         self.validation_mse_ = monitor.validation_mse
         self.stop_reason_ = monitor.reason
+
+    def _as_now(self, weights: Array, X: ArrayLike) -> Array:
+        """What a callback is told that the network in training predicts for X (N, n)."""
+        rows = self._inputs.forward(np.asarray(X, dtype=np.float64))
+        return self._outputs.inverse(self._forward(weights, rows))
 
     def _output(self, X: Array) -> Array:
         return self._forward(self.weights_, X)

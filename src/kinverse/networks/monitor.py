@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ class Progress(NamedTuple):
     max_epochs: int
     training_mse: Array  # (m,) mean squared error of each output, squared target units
     validation_mse: Array | None  # (m,) the same on the rows held back, if some are
+    predict: Callable[[Array], Array] | None = None  # the network as it is now, X -> y
 
 
 class Monitor:
@@ -36,6 +38,7 @@ class Monitor:
         unit: (m,) target units in one scaled unit, so that errors are told in target units.
         validation: scaled rows (Xv, Yv) held back, or None.
         output: (weights, X) -> Y on scaled rows; what validation is computed with.
+        predict: (weights, X) -> y in the caller's units, for callbacks.
 
     Attributes:
         best: the best weights, None before the first epoch.
@@ -54,10 +57,11 @@ class Monitor:
         callback: Callable[[Progress], Any] | None = None,
         validation: tuple[Array, Array] | None = None,
         output: Callable[[Any, Array], Array] | None = None,
+        predict: Callable[[Any, Array], Array] | None = None,
     ) -> None:
         self.max_epochs, self._goal, self._patience = max_epochs, goal, patience
         self._callback, self._unit = callback, unit
-        self._validation, self._output = validation, output
+        self._validation, self._output, self._predict = validation, output, predict
         self._training: list[Array] = []
         self._held: list[Array] = []
         self.best: Any = None
@@ -111,7 +115,7 @@ class Monitor:
         if self.best is None or judged < self._lowest or (latest and held is None):
             self.best, self._lowest, self._since = copy.deepcopy(weights), judged, 0
             self.learned = dict(learned or {})
-        return self._ends(told, held)
+        return self._ends(weights, told, held)
 
     def stop(self, reason: str) -> None:
         """Say why a trainer ended by its own rule."""
@@ -130,9 +134,10 @@ class Monitor:
             self.epoch(weights, mse, learned=learned)
         self.stop(reason)
 
-    def _ends(self, told: Array, held: Array | None) -> bool:
+    def _ends(self, weights: Any, told: Array, held: Array | None) -> bool:
+        now = None if self._predict is None else partial(self._predict, weights)
         if self._callback is not None and self._callback(
-            Progress(self.epochs, self.max_epochs, told, held)
+            Progress(self.epochs, self.max_epochs, told, held, now)
         ):
             self.reason = "the callback ended the training"
         elif not np.isfinite(told).all():

@@ -14,7 +14,7 @@ from kinverse.solvers.descent import Descent
 from kinverse.solvers.trained.branch_labels import BranchLabels, branch_labels
 from kinverse.solvers.trained.examples import Examples, by_branch, nearest_middle, unchanged
 from kinverse.solvers.trained.expert import Expert
-from kinverse.solvers.trained.rounds import Found, Rounds, Starts
+from kinverse.solvers.trained.rounds import Rounds, Starts
 from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
 from kinverse.task import as_task
 
@@ -39,8 +39,8 @@ class Learned(Trained):
     Where the robot has a closed form with named branches, it labels the examples, and each branch
     has a network of its own: all of them are asked. Elsewhere there is one network, whose examples
     are the solutions nearest the middle of the limits, so that a pose has one answer; or, with
-    ``virtual``, the joints drawn, told apart by the virtual vector. At solving no closed form is
-    used.
+    ``virtual``, the joints drawn, told apart by the virtual vector. At solving the closed form
+    gives no joint values; it names the branch on which a descent has ended.
 
     A prediction that does not lead to a solution is followed by the examples nearest to the pose.
     Without ``refine`` a prediction is the answer where it meets the tolerances by itself; elsewhere
@@ -194,19 +194,19 @@ class Learned(Trained):
         if self.refine_ is None:
             return
         labels = branch_labels(robot, settings.task) if self.branch_labels_ else None
-        self._branch_of = None if labels is None else self._branch_numbers(labels.of)
+        self._labels = labels
         self._rounds = Rounds(
             Descent(robot, settings, REFINES[self.refine_]),
-            self._branch_of,
+            None if labels is None else self._network_of(labels),
             self._is_final,
             1 + min(self.neighbors_, min(len(expert.neighbours) for expert in self.experts_)),
         )
 
-    def _branch_numbers(self, of: Callable[[Array], Ints]) -> Callable[[Array], Ints]:
-        """Branches of configurations as numbers of the networks, -1 where there is none."""
+    def _network_of(self, labels: BranchLabels) -> Callable[[Array], Ints]:
+        """Configurations (K, n) to the number of their branch's network, -1 where it has none."""
         numbers = np.full(len(self.branch_labels_) + 1, -1)
         numbers[self.branches_] = np.arange(len(self.branches_))
-        return lambda q: np.asarray(numbers[of(q)])
+        return lambda q: np.asarray(numbers[labels.of(q)])
 
     def _propose(self, T: Array, q_seed: Array | None, seed: int) -> Proposal:
         N, B = len(T), len(self.experts_)
@@ -216,36 +216,36 @@ class Learned(Trained):
             branch = self._branch(numbers)
             return Proposal(q, poses, branch, evaluations=np.full(N, B))
         found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T))
-        if self.fallback_ is not None:
-            self._fall_back(found, T, seed)
         # of a branch without a solution the attempt is shown only where no branch has one
         shown = found.solved | ~found.solved.any(axis=1, keepdims=True)
         poses, numbers = np.nonzero(shown)
-        return Proposal(
-            found.q[poses, numbers],
-            poses,
-            self._branch(numbers),
-            evaluations=found.evaluations,
-            starts=found.starts.sum(axis=1),
-        )
+        q, branch = found.q[poses, numbers], self._branch(numbers)
+        evaluations, starts = found.evaluations, found.starts.sum(axis=1)
+        if self.fallback_ is not None:
+            solved = found.solved[poses, numbers] & self._inside(q)
+            lost = np.flatnonzero(np.bincount(poses[solved], minlength=N) == 0)
+            more, spent = self._fall_back(np.ascontiguousarray(T[lost]), found.q[lost, 0], seed)
+            evaluations[lost] += spent
+            starts[lost] += 1
+            q, poses = np.concatenate([q, more]), np.concatenate([poses, lost])
+            branch = np.concatenate([branch, self._branch_of(more)])
+        return Proposal(q, poses, branch, evaluations=evaluations, starts=starts)
 
-    def _fall_back(self, found: Found, T: Array, seed: int) -> None:
-        """Solve the poses that have no solution yet from the first network's attempt."""
-        lost = np.flatnonzero(~found.final.any(axis=1))
-        if not len(lost):
-            return
-        numerical = restarting(self.settings_, self.robot_)
-        start = np.ascontiguousarray(found.q[lost, 0])
-        q, solves, evaluations, *_ = numerical._native.propose(
-            np.ascontiguousarray(T[lost]), start, seed
+    def _fall_back(self, T: Array, start: Array, seed: int) -> tuple[Array, Ints]:
+        """``Numerical``'s candidates (K, n) from the first network's attempts, and evaluations."""
+        if not len(T):
+            return np.empty((0, self.robot_.dof)), np.zeros(0, np.int64)
+        rest = restarting(self.settings_, self.robot_)._propose(
+            T, np.ascontiguousarray(start), seed
         )
-        found.evaluations[lost] += evaluations
-        found.starts[lost, 0] += 1
-        solves = solves.astype(np.bool_)
-        lost, q = lost[solves], q[solves]
-        of = self._branch_of
-        numbers = np.zeros(len(q), np.int64) if of is None else np.maximum(of(q), 0)
-        found.q[lost, numbers], found.solved[lost, numbers] = q, True
+        assert rest.evaluations is not None
+        return rest.q, rest.evaluations
+
+    def _branch_of(self, q: Array) -> NDArray[np.int32]:
+        """Branches of configurations (K, n), -1 where there are none."""
+        if self._labels is None or not len(q):
+            return np.full(len(q), -1, np.int32)
+        return self._labels.of(q).astype(np.int32)
 
     def _starts(self, T: Array) -> Starts:
         """The prediction first, then the nearest examples, looked up where they are asked for."""
@@ -272,19 +272,21 @@ class Learned(Trained):
     def _is_final(self, q: Array) -> NDArray[np.bool_]:
         """Whether solutions (K, n) end a search.
 
-        One of an arm with joints to spare does inside the limits, by another winding if need be;
-        any other is the only one of its branch.
+        One of an arm with joints to spare does inside the limits; any other is the only one of its
+        branch.
         """
         spare = self.robot_.dof > as_task(self.settings_.task).size
-        if not spare or self.settings_.limits == "ignore":
+        return self._inside(q) if spare else np.ones(len(q), np.bool_)
+
+    def _inside(self, q: Array) -> NDArray[np.bool_]:
+        """Whether joint values (K, n) keep the limits, by another winding if need be."""
+        if self.settings_.limits == "ignore":
             return np.ones(len(q), np.bool_)
         low, high = self.robot_.limits.T
-        # a whole turn further in may be inside
         turns = np.where(self._turns, np.ceil((low - LIMIT_SLACK - q) / (2.0 * np.pi)), 0.0)
-        inside = q + 2.0 * np.pi * turns
-        return np.asarray(
-            ((inside >= low - LIMIT_SLACK) & (inside <= high + LIMIT_SLACK)).all(axis=1)
-        )
+        wound = q + 2.0 * np.pi * turns
+        inside = (wound >= low - LIMIT_SLACK) & (wound <= high + LIMIT_SLACK)
+        return np.asarray(inside.all(axis=1))
 
     def _predicted(self, T: Array) -> Array:
         q: Array = np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)

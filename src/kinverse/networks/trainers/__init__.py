@@ -27,6 +27,7 @@ class Task(NamedTuple):
     rng: np.random.Generator
     learning_rate: float
     momentum: float
+    damping: str = "tenfold"
 
     def first_weights(self) -> Array:
         """The weights (P,) to begin with."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kinverse.networks.monitor import Monitor
 from kinverse.networks.trainers import Task
+from kinverse.networks.trainers.damping import make_damping
 from kinverse.networks.trainers.levenberg_marquardt import Objective, Point, at, descend
 
 __all__ = ["bayesian"]
@@ -29,7 +30,7 @@ def bayesian(task: Task, monitor: Monitor) -> None:
     """
     point = at(task, task.first_weights())
     first = _objective(point, float(task.layers.count))
-    descend(task, monitor, point, first, FIRST_DAMPING, _renewed)
+    descend(task, monitor, point, first, make_damping(task.damping, FIRST_DAMPING), _renewed)
 
 
 def _renewed(objective: Objective, point: Point, normal: Array) -> Objective:

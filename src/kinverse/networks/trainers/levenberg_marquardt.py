@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from kinverse.networks.monitor import Monitor
 from kinverse.networks.trainers import Task
+from kinverse.networks.trainers.damping import MOST_DAMPING, Damping, make_damping
 from kinverse.networks.trainers.normal_matrix import normal_matrix
 
 __all__ = ["Objective", "Point", "at", "descend", "levenberg_marquardt"]
@@ -15,9 +16,6 @@ __all__ = ["Objective", "Point", "at", "descend", "levenberg_marquardt"]
 Array = NDArray[np.float64]
 
 FIRST_DAMPING = 1e-3
-LESS, MORE = 0.1, 10.0
-"""Factors of the damping after an accepted and after a refused step."""
-LEAST_DAMPING, MOST_DAMPING = 1e-20, 1e10
 LEAST_GRADIENT = 1e-7
 
 
@@ -61,7 +59,8 @@ Renew = Callable[[Objective, Point, Array], Objective]
 
 def levenberg_marquardt(task: Task, monitor: Monitor) -> None:
     """Minimise the sum of squared errors; an epoch is one accepted step."""
-    descend(task, monitor, at(task, task.first_weights()), Objective(), FIRST_DAMPING)
+    damping = make_damping(task.damping, FIRST_DAMPING)
+    descend(task, monitor, at(task, task.first_weights()), Objective(), damping)
 
 
 def at(task: Task, weights: Array) -> Point:
@@ -75,7 +74,7 @@ def descend(
     monitor: Monitor,
     point: Point,
     objective: Objective,
-    damping: float,
+    damping: Damping,
     renew: Renew | None = None,
 ) -> None:
     """Steps -(beta J^T J + (mu + alpha) I)^-1 (beta J^T e + alpha w) until the monitor says stop.
@@ -85,7 +84,7 @@ def descend(
         monitor: told of every accepted step.
         point: where to begin.
         objective: what must fall in every step.
-        damping: the first mu.
+        damping: how mu follows the steps.
         renew: (objective, point, J^T J there) -> the objective of the next step; None keeps it.
     """
     normal = normal_matrix(task.layers, point.weights, point.outputs)
@@ -94,7 +93,7 @@ def descend(
         if 2.0 * float(np.linalg.norm(gradient)) < LEAST_GRADIENT:
             reason = "the gradient has vanished"
             break
-        new, damping = _accepted(task, point, objective, normal, gradient, damping)
+        new = _accepted(task, point, objective, normal, gradient, damping)
         if new is None:
             reason = f"no step lowers the error: the damping passed {MOST_DAMPING:g}"
             break
@@ -110,19 +109,22 @@ def descend(
 
 
 def _accepted(
-    task: Task, point: Point, objective: Objective, normal: Array, gradient: Array, damping: float
-) -> tuple[Point | None, float]:
-    """The first point that lowers the objective, None if there is none, and the next damping."""
+    task: Task, point: Point, objective: Objective, normal: Array, gradient: Array, damping: Damping
+) -> Point | None:
+    """The first point that lowers the objective, None if there is none."""
     value = objective.value(point)
     matrix = objective.beta * normal
-    while damping <= MOST_DAMPING:
-        step = _solved(matrix, damping + objective.alpha, gradient)
+    while damping.mu <= MOST_DAMPING:
+        step = _solved(matrix, damping.mu + objective.alpha, gradient)
         if step is not None:
             new = at(task, point.weights - step)
-            if objective.value(new) < value:
-                return new, max(damping * LESS, LEAST_DAMPING)
-        damping *= MORE
-    return None, damping
+            gain = value - objective.value(new)
+            if gain > 0.0:
+                promised = float(step @ gradient) + damping.mu * float(step @ step)
+                damping.accept(gain / promised)
+                return new
+        damping.refuse()
+    return None
 
 
 def _solved(matrix: Array, shift: float, right: Array) -> Array | None:

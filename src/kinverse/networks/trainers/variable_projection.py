@@ -23,6 +23,7 @@ from kinverse.networks.activations import activation
 from kinverse.networks.layers import Layers
 from kinverse.networks.monitor import Monitor
 from kinverse.networks.trainers import Task
+from kinverse.networks.trainers.damping import Nielsen
 
 __all__ = ["variable_projection"]
 
@@ -58,21 +59,21 @@ def variable_projection(task: Task, monitor: Monitor) -> None:
     """Train layers whose output is linear; an epoch is one accepted step."""
     search = _Search(task)
     state = search.at(search.start())
-    damping, growth, rejected = START_DAMPING, 2.0, 0
+    damping, rejected = Nielsen(START_DAMPING), 0
     gradient = search.gradient(state)
     curvature = search.curvature(state, monitor.epochs)
-    while np.abs(gradient).max() > LEAST_GRADIENT * len(task.X) and damping < MOST_DAMPING:
-        step = _solved(curvature, damping, gradient)
+    while np.abs(gradient).max() > LEAST_GRADIENT * len(task.X) and damping.mu < MOST_DAMPING:
+        step = _solved(curvature, damping.mu, gradient)
         new = None if step is None else search.at(state.v + step)
-        expected = 0.0 if step is None else 0.5 * float(step @ (damping * step - gradient))
+        expected = 0.0 if step is None else 0.5 * float(step @ (damping.mu * step - gradient))
         if new is None or not new.value < state.value:
-            damping, growth, rejected = damping * growth, growth * 2.0, rejected + 1
+            damping.refuse()
+            rejected += 1
             if rejected % REDRAWN_AFTER == 0:
                 curvature = search.curvature(state, monitor.epochs)
             continue
-        ratio = (state.value - new.value) / max(expected, np.finfo(np.float64).tiny)
-        damping *= max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
-        growth, rejected, state = 2.0, 0, new
+        damping.accept((state.value - new.value) / max(expected, np.finfo(np.float64).tiny))
+        rejected, state = 0, new
         if search.told(state, monitor):
             return
         gradient = search.gradient(state)

@@ -1,12 +1,11 @@
 """Training examples of a robot in which a pose has one answer: by branch, or by a rule."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.learning import sample
+from kinverse.learning import passing, sample
 from kinverse.robot import Robot
 from kinverse.solvers._base import Settings
 from kinverse.solvers.numerical import Numerical
@@ -37,11 +36,10 @@ def by_branch(
     """For each branch up to ``n_samples`` examples: every solution of poses drawn at random."""
     parts: dict[int, list[Examples]] = {k: [] for k in range(len(labels.names))}
     counts = np.zeros(len(parts), np.int64)
-    mask = _mask(keep)
     for _ in range(MOST_DRAWN):
         T = sample(robot, n_samples, random_state=rng, keep=keep).T
         answers = labels.solver.solve(T)
-        good = mask(answers.q)
+        good = passing(answers.q, keep)
         for k, rows in parts.items():
             chosen = np.flatnonzero((answers.branch == k) & good)[: n_samples - counts[k]]
             rows.append(Examples(answers.q[chosen], T[answers.pose_index[chosen]]))
@@ -63,7 +61,6 @@ def nearest_middle(
     drawn = sample(robot, n_samples, random_state=rng, keep=keep)
     middle, half = robot.limits.mean(axis=1), 0.5 * np.ptp(robot.limits, axis=1)
     half = np.where(half > 0.0, half, 1.0)
-    mask = _mask(keep)
     solver = Numerical(task=settings.task).fit(robot)
     q = drawn.q.copy()
     cost = (((q - middle) / half) ** 2).sum(axis=1)
@@ -71,7 +68,7 @@ def nearest_middle(
         start = np.tile(middle, (n_samples, 1)) if k == 0 else robot.random(n_samples, rng)
         answers = solver.solve(drawn.T, q_seed=start, rng=rng)
         value = (((answers.q - middle) / half) ** 2).sum(axis=1)
-        better = (value < cost[answers.pose_index]) & mask(answers.q)
+        better = (value < cost[answers.pose_index]) & passing(answers.q, keep)
         rows = answers.pose_index[better]
         q[rows], cost[rows] = answers.q[better], value[better]
     return Examples(q, drawn.T)
@@ -81,9 +78,3 @@ def unchanged(robot: Robot, n_samples: int, rng: np.random.Generator, keep: Any)
     """Examples as they are drawn: what completes the task space makes their answers unique."""
     drawn = sample(robot, n_samples, random_state=rng, keep=keep)
     return Examples(drawn.q, drawn.T)
-
-
-def _mask(keep: Any) -> Callable[[Array], NDArray[np.bool_]]:
-    from kinverse.learning import passing
-
-    return lambda q: passing(q, keep)

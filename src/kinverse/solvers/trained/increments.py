@@ -36,9 +36,10 @@ class Increments:
     def __init__(
         self, network: Any, features: PoseFeatures, q: Array, T: Array, with_rotation: bool
     ) -> None:
-        self.network, self.features = network, features.clone().fit(T)
+        pairs = IncrementalPairs(features, test_fraction=0.0).make(q, T)
+        self.network, self.features = network, pairs.features
         self.neighbours = Neighbours(q, T, with_rotation)
-        train(network, *IncrementalPairs(self.features).all(T, q))
+        train(network, *pairs.train)
 
     def predict(self, P: Array, dP: Array) -> Array:
         """Joint increments (N, n) for features P (N, f) of a pose and their increments (N, f)."""
@@ -46,8 +47,8 @@ class Increments:
 
     def training_error(self, robot: Robot) -> Array:
         """Joint by joint (K (K - 1), n), the increments predicted for all pairs less the true."""
-        pairs = IncrementalPairs(self.features)
-        X, y = pairs.all(self.neighbours.T, self.neighbours.q)
+        whole = IncrementalPairs(self.features, test_fraction=0.0)
+        X, y = whole.make(self.neighbours.q, self.neighbours.T).train
         return np.asarray(predicted(self.network, X) - y)
 
     def joint_errors(self, mse: Array) -> Array:
