@@ -30,23 +30,25 @@ def blocks(*languages):
 def commands():
     for block in blocks("console", "bash"):
         lines = [line.removeprefix("$ ") for line in block.values[0].splitlines()]
-        for line in lines:
-            if line and not line.startswith(NOT_HERE):
-                yield pytest.param(line, id=line)
+        lines = [line for line in lines if line and not line.startswith(NOT_HERE)]
+        if lines:
+            yield pytest.param(lines, id=block.id)
 
 
 @pytest.mark.parametrize("code", list(blocks("python")))
-def test_python_blocks_run(code):
+def test_python_blocks_run(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write a file
     exec(compile(code, "page", "exec"), {"__name__": "page"})
 
 
-@pytest.mark.parametrize("line", list(commands()))
-def test_commands_of_the_pages_run(line, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # some draw a picture
-    program, *arguments = shlex.split(line)
-    assert program == "kinverse"
-    assert main(arguments) == 0
-    assert capsys.readouterr().out
+@pytest.mark.parametrize("lines", list(commands()))
+def test_commands_of_the_pages_run(lines, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some draw a picture, and some write what the next one reads
+    for line in lines:
+        program, *arguments = shlex.split(line)
+        assert program == "kinverse"
+        assert main(arguments) == 0, line
+        assert capsys.readouterr().out, line
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/info.md"])

@@ -94,7 +94,7 @@ def train(
         "features": features,
         "n_samples": samples,
         "n_poses": poses,
-        "virtual": None if virtual is None else _virtual(virtual),
+        "virtual": virtual,
         "region": None if region is None else _region(arm, region, degrees),
         "refine": refine,
     }
@@ -137,11 +137,6 @@ def _check_out(path: Path) -> None:
         tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         raise InputError(f"--out: cannot write in {path.parent}: {error.strerror}") from error
-
-
-def _virtual(text: str) -> str | tuple[str, str]:
-    kind, sign, name = text.partition(":")
-    return (kind, name) if sign else kind
 
 
 def _region(arm: "Robot", text: str, degrees: bool) -> tuple[Any, Any]:

@@ -114,7 +114,8 @@ class Trained(Solver):
         """What the networks predict for examples that they have not seen.
 
         They are made as the training examples were (``keep`` heeded, which a file does not hold),
-        from a seed that is unrelated to ``random_state``.
+        from a seed that is unrelated to ``random_state``. A virtual vector that a pose does not
+        tell is taken from the nearest training example, as in ``solve``.
 
         Args:
             n_samples: examples for each network; a rare branch may have fewer or none.
