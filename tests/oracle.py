@@ -142,3 +142,9 @@ def errors(task, T_target, T):
     if task == "schoenflies":
         return float(np.linalg.norm(p)), float(abs(log(R_t @ R.T)[2]))
     raise ValueError(task)
+
+
+def pose_errors(robot, q, T):
+    """Position and rotation errors, two (K,) arrays, of joint values (K, n) for poses (K, 4, 4)."""
+    pairs = [errors("pose", goal, robot_fk(robot, row)) for goal, row in zip(T, q, strict=True)]
+    return np.array(pairs).reshape(-1, 2).T

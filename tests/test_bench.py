@@ -215,6 +215,7 @@ SECTIONS = [
     "hybrid_mlps",
     "trainers",
     "predicting",
+    "fusion",
     "anfis",
     "learned",
     "learned_starts",
