@@ -11,7 +11,13 @@ from kinverse.solvers._base import Proposal
 from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.held_out import task_errors
 from kinverse.solvers.trained.increments import Increments
-from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
+from kinverse.solvers.trained.trained import (
+    Trained,
+    check_fallback,
+    check_whole,
+    restarting,
+    searched,
+)
 from kinverse.task import as_task
 
 if TYPE_CHECKING:
@@ -185,7 +191,13 @@ class Fusion(Trained):
             if rest.evaluations is not None:
                 evaluations[lost] += rest.evaluations
         starts = (~arrived).astype(np.int64) if self.fallback_ is not None else None
-        return Proposal(q, np.arange(len(T)), evaluations=evaluations, starts=starts)
+        return Proposal(
+            q,
+            np.arange(len(T)),
+            evaluations=evaluations,
+            starts=starts,
+            evidence=searched(len(T)),
+        )
 
     def _loop(self, T: Array, start: Array) -> tuple[Array, NDArray[np.bool_], Ints]:
         """Best joint values (N, n), whether they are within the tolerances, evaluations."""

@@ -15,7 +15,13 @@ from kinverse.solvers.trained.branch_labels import BranchLabels, branch_labels
 from kinverse.solvers.trained.examples import Examples, by_branch, nearest_middle, unchanged
 from kinverse.solvers.trained.expert import Expert
 from kinverse.solvers.trained.rounds import Rounds, Starts
-from kinverse.solvers.trained.trained import Trained, check_fallback, check_whole, restarting
+from kinverse.solvers.trained.trained import (
+    Trained,
+    check_fallback,
+    check_whole,
+    restarting,
+    searched,
+)
 from kinverse.task import as_task
 
 __all__ = ["REFINES", "Learned"]
@@ -43,6 +49,7 @@ class Learned(Trained):
     gives no joint values; it names the branch on which a descent has ended.
 
     A prediction that does not lead to a solution is followed by the examples nearest to the pose.
+    It is a search: a pose that cannot be reached, or only outside the limits, is NOT_FOUND.
     Without ``refine`` a prediction is the answer where it meets the tolerances by itself; elsewhere
     the pose is NOT_FOUND, the prediction is in ``stats.best_q`` and its true error beside it.
 
@@ -214,7 +221,8 @@ class Learned(Trained):
             q = self._predicted(T).reshape(N * B, self.robot_.dof)
             poses, numbers = np.divmod(np.arange(N * B), B)
             branch = self._branch(numbers)
-            return Proposal(q, poses, branch, evaluations=np.full(N, B))
+            evaluations = np.full(N, B)
+            return Proposal(q, poses, branch, evaluations=evaluations, evidence=searched(N))
         found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T))
         # of a branch without a solution the attempt is shown only where no branch has one
         shown = found.solved | ~found.solved.any(axis=1, keepdims=True)
@@ -229,7 +237,9 @@ class Learned(Trained):
             starts[lost] += 1
             q, poses = np.concatenate([q, more]), np.concatenate([poses, lost])
             branch = np.concatenate([branch, self._branch_of(more)])
-        return Proposal(q, poses, branch, evaluations=evaluations, starts=starts)
+        return Proposal(
+            q, poses, branch, evaluations=evaluations, starts=starts, evidence=searched(N)
+        )
 
     def _fall_back(self, T: Array, start: Array, seed: int) -> tuple[Array, Ints]:
         """``Numerical``'s candidates (K, n) from the first network's attempts, and evaluations."""
@@ -272,11 +282,10 @@ class Learned(Trained):
     def _is_final(self, q: Array) -> NDArray[np.bool_]:
         """Whether solutions (K, n) end a search.
 
-        One of an arm with joints to spare does inside the limits; any other is the only one of its
-        branch.
+        That of a named branch is its only one. Where branches have no names there are others, and
+        one ends the search inside the limits.
         """
-        spare = self.robot_.dof > as_task(self.settings_.task).size
-        return self._inside(q) if spare else np.ones(len(q), np.bool_)
+        return np.ones(len(q), np.bool_) if self.branch_labels_ else self._inside(q)
 
     def _inside(self, q: Array) -> NDArray[np.bool_]:
         """Whether joint values (K, n) keep the limits, by another winding if need be."""

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.ranking import turning
 from kinverse.robot import Robot
+from kinverse.solvers.closed_form.families import Family
 from kinverse.solvers.descent import moved
 from kinverse.task import as_task
 
 __all__ = ["BranchLabels", "branch_labels"]
 
 Array = NDArray[np.float64]
-
-MOST_BRANCHES = 16
 
 
 class BranchLabels:
@@ -65,6 +64,7 @@ def branch_labels(robot: Robot, task: str) -> BranchLabels | None:
         solver = Analytic(task=task).fit(robot)
     except (NoClosedForm, InputError):
         return None
-    names = solver.branch_labels_
-    named = 1 < len(names) <= MOST_BRANCHES and not names[0].startswith("root")
-    return BranchLabels(robot, solver) if named else None
+    spec = getattr(solver, "spec_", None)
+    if spec is not None and spec.family is Family.GENERAL_6R:
+        return None
+    return BranchLabels(robot, solver) if len(solver.branch_labels_) > 1 else None

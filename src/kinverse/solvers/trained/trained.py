@@ -16,8 +16,9 @@ from kinverse.solvers.trained import model_file
 from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.expert import Expert
 from kinverse.solvers.trained.held_out import HeldOut, held_out
+from kinverse.table import plain_evidence
 
-__all__ = ["Trained", "check_fallback", "check_whole", "restarting"]
+__all__ = ["Trained", "check_fallback", "check_whole", "restarting", "searched"]
 
 Array = NDArray[np.float64]
 
@@ -196,6 +197,14 @@ class Trained(Solver):
 
     def _remember(self) -> None:
         """Take over the settings that solving heeds into attributes that end in ``_``."""
+
+
+def searched(poses: int) -> NDArray[np.void]:
+    """The evidence of a search: what it found outside the limits does not show that none is inside.
+
+    Without it verification says OUT_OF_LIMITS of a pose whose candidates all lie outside.
+    """
+    return plain_evidence("search", poses)
 
 
 def check_whole(name: str, value: Any, least: int, most: int) -> None:
