@@ -151,6 +151,25 @@ def test_progress_rises_to_one_and_can_end_it(puma):
     assert all(expert.network.n_iter_ == 1 for expert in short.experts_)
 
 
+def test_ctrl_c_keeps_what_was_learned_and_ends_soon(puma, monkeypatch):
+    from kinverse.networks.monitor import Monitor
+
+    epoch, told = Monitor.epoch, []
+
+    def interrupted(self, *given, **named):
+        told.append(1)
+        done = epoch(self, *given, **named)
+        if len(told) == 20:
+            raise KeyboardInterrupt
+        return done
+
+    monkeypatch.setattr(Monitor, "epoch", interrupted)
+    with pytest.warns(UserWarning, match="interrupted"):
+        solver = small().fit(puma)
+    epochs = [expert.network.n_iter_ for expert in solver.experts_]
+    assert epochs == [15, 5, *[1] * (len(epochs) - 2)]
+
+
 @pytest.mark.parametrize(
     ("settings", "words"),
     [

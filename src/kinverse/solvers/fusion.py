@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinverse import se3
 from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal
 from kinverse.solvers.trained.examples import Examples
@@ -49,9 +50,9 @@ class Fusion(Trained):
 
     with D = P_target - P_s at first: the deviation that forward kinematics finds is added to the
     increment that is asked for, the reading of the document that converges. Each pose ends within
-    the tolerances, or after ``max_iterations``, or when its error has grown three times; then
-    ``fallback`` takes over from the best joint values met. ``stats.starts`` is 0 where the loop
-    alone arrived and 1 where it fell back.
+    the tolerances, or after ``max_iterations``, or when its error has grown three times or the
+    network says what is no joint value (beyond +-1e6); then ``fallback`` takes over from the best
+    joint values met. ``stats.starts`` is 0 where the loop alone arrived and 1 where it fell back.
 
     The loop arrives where the training poses lie close together (document 000's figures belong to
     a region of a few degrees about one configuration, ``kinverse.bench`` prints which).
@@ -214,6 +215,11 @@ class Fusion(Trained):
         rows = np.arange(N)
         for _ in range(self.max_iterations_):
             q = start[rows] + expert.predict(P[rows], asked[rows])
+            # a network far from its training poses may say anything, and no number too
+            sane = (np.abs(q) <= se3.MOST_SEED).all(axis=1)
+            q, rows = q[sane], rows[sane]
+            if not len(rows):
+                break
             reached = robot.fk(q)
             evaluations[rows] += 1
             error = self._error(q, np.ascontiguousarray(T[rows]))

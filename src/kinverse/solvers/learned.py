@@ -68,7 +68,8 @@ class Learned(Trained):
         fallback: "numerical" (``Numerical`` from the prediction, restarts and all, where a pose
             has no solution yet) or None.
         random_state: seed of the examples and of the network.
-        progress: called with (text, share done) now and then while ``fit`` works; True ends it.
+        progress: called with (text, share done) now and then while ``fit`` works; True ends it:
+            the networks that are left have one epoch each. So does Ctrl-C.
         task: see ``kinverse.task``.
         tol_position: largest position error [m].
         tol_rotation: largest rotation error [rad].
@@ -150,6 +151,7 @@ class Learned(Trained):
             network = self._new_network(k, label, len(sets))
             expert = Expert(robot, network, features, virtual, examples, rotations)
             self.experts_.append(expert)
+            self._note_ctrl_c(network)
         self._remember()
         self._tell("done", 1.0)
 

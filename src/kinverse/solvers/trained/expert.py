@@ -13,8 +13,9 @@ from kinverse.robot import Robot
 from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.joint_targets import JointTargets, joint_targets
 from kinverse.solvers.trained.neighbours import Neighbours
+from kinverse.solvers.trained.regressor import predicted, train
 
-__all__ = ["Expert", "packed_map", "predicted", "rounded", "train", "unpacked_map", "wrapped"]
+__all__ = ["Expert", "packed_map", "rounded", "unpacked_map", "wrapped"]
 
 Array = NDArray[np.float64]
 Arrays = Mapping[str, NDArray[Any]]
@@ -93,18 +94,6 @@ class Expert:
         kind = header["virtual"]
         expert.virtual = None if kind is None else VirtualVector(kind)
         return expert
-
-
-def train(network: Any, X: Array, Y: Array) -> None:
-    """Fit a network; its callback belongs to the session that trains and is dropped."""
-    network.fit(X, Y)
-    if network.get_params().get("callback") is not None:
-        network.set_params(callback=None)
-
-
-def predicted(network: Any, X: Array) -> Array:
-    """Outputs (N, m); some regressors drop an axis where m is 1."""
-    return np.asarray(network.predict(X), dtype=np.float64).reshape(len(X), -1)
 
 
 def rounded(q: Array) -> Array:

@@ -8,14 +8,9 @@ from numpy.typing import NDArray
 
 from kinverse.learning import IncrementalPairs, PoseFeatures
 from kinverse.robot import Robot
-from kinverse.solvers.trained.expert import (
-    packed_map,
-    predicted,
-    rounded,
-    train,
-    unpacked_map,
-)
+from kinverse.solvers.trained.expert import packed_map, rounded, unpacked_map
 from kinverse.solvers.trained.neighbours import Neighbours
+from kinverse.solvers.trained.regressor import predicted, train
 
 __all__ = ["Increments"]
 

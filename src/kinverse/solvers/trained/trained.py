@@ -16,6 +16,7 @@ from kinverse.solvers.trained import model_file
 from kinverse.solvers.trained.examples import Examples
 from kinverse.solvers.trained.expert import Expert
 from kinverse.solvers.trained.held_out import HeldOut, held_out
+from kinverse.solvers.trained.regressor import check_regressor, cloned
 from kinverse.table import plain_evidence
 
 __all__ = ["Trained", "check_fallback", "check_whole", "restarting", "searched"]
@@ -44,17 +45,15 @@ class Trained(Solver):
     experts_: list[Any]
     branches_: NDArray[np.int64]
     _expert: ClassVar[Any] = Expert
+    _share: float = 0.0
+    _ended: bool = False
 
     # Training ---------------------------------------------------------------------------------
 
     def _check_training(self) -> None:
         check_whole("random_state", self.random_state, 0, MOST_SEED)
-        for name in ("fit", "predict", "get_params"):
-            if self.network is not None and not hasattr(self.network, name):
-                raise InputError(
-                    "network must be a regressor with fit, predict and get_params, such as those"
-                    f" of kinverse.networks, got {self.network!r}"
-                )
+        if self.network is not None:
+            check_regressor(self.network)
         if self.progress is not None and not callable(self.progress):
             raise InputError(f"progress must be a function, got {self.progress!r}")
 
@@ -64,24 +63,29 @@ class Trained(Solver):
 
     def _new_network(self, number: int, label: str, total: int) -> Any:
         """A fresh network with a seed of its own, whose epochs ``progress`` is told."""
-        if self.network is None:
-            network = self._default_network()
-        else:
-            from sklearn.base import clone
-
-            network = clone(self.network)
+        network = self._default_network() if self.network is None else cloned(self.network)
         settings = network.get_params()
         if settings.get("random_state", 0) is None:
             network.set_params(random_state=(self.random_state + number) % MOST_SEED)
-        if self.progress is not None and settings.get("callback", 0) is None:
+        if settings.get("callback", 0) is None:
             network.set_params(
                 callback=lambda p: self._tell(label, (number + p.epoch / p.max_epochs) / total)
             )
         self._tell(label, number / total)
         return network
 
+    def _note_ctrl_c(self, network: Any) -> None:
+        """After Ctrl-C, which a network takes for its last epoch, the others have one each."""
+        self._ended |= getattr(network, "stop_reason_", "") == "interrupted"
+
     def _tell(self, text: str, done: float) -> bool:
-        return self.progress is not None and bool(self.progress(text, done))
+        """Tell ``progress``, and whether it ever asked to end; it is not asked again then."""
+        if self.progress is None or self._ended:
+            return self._ended
+        # some trainers guess how many epochs there will be: the share does not fall back
+        self._share = max(self._share, min(done, 1.0))
+        self._ended = bool(self.progress(text, self._share))
+        return self._ended
 
     # Solving ----------------------------------------------------------------------------------
 
@@ -189,9 +193,7 @@ class Trained(Solver):
         if self.branches_.shape != (len(experts),):
             raise InputError(f"{where}: {len(experts)} networks for branches {branches}")
         self.experts_ = [self._expert.unpacked(head, arrays, where) for head, arrays in experts]
-        from sklearn.base import clone
-
-        self.network = clone(self.experts_[0].network)
+        self.network = cloned(self.experts_[0].network)
         self._remember()
         self._bound_to(robot)
 
