@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from sklearn.base import BaseEstimator
 from sklearn.dummy import DummyRegressor
 
 import kinverse as kv
@@ -172,6 +173,32 @@ def test_a_model_that_does_not_repeat_after_a_turn_is_asked_where_the_joint_stan
     assert np.abs(far).max() < 1e-6
 
 
+class Restless(BaseEstimator):
+    """Turns the first joint back below half a turn and on above: no winding of zero stays."""
+
+    def __init__(self, robot):
+        self.robot = robot
+
+    def fit(self, q=None, error=None):
+        self.fitted_ = True
+        return self
+
+    def predict(self, q):
+        p = self.robot.fk(q)[:, :3, 3]
+        turn = np.where(q[:, 0] < np.pi, 0.02, -0.05)
+        R = se3.rotation_from_axis(np.tile([0.0, 0.0, 1.0], (len(q), 1)), turn)
+        return (R @ p[:, :, None])[:, :, 0] - p
+
+
+def test_what_finds_no_rest_between_two_windings_is_no_solution():
+    limits = [(0.0, 2 * np.pi + 0.01), (0.1, 3.0)]
+    robot = kv.Robot.from_dh([0.3, 0.2], 0, 0, joints="RR", limits=limits)
+    solver = Compensated(kv.Numerical(task="position"), Restless(robot).fit()).fit(robot)
+    s = solver.solve(robot.fk([[0.005, 0.7], [1.0, 0.7]]))
+    assert s.status.tolist() == [Status.NOT_FOUND, Status.SOLVED]
+    assert np.allclose(s.q, [[0.98, 0.7]], atol=1e-6)
+
+
 # ---------------------------------------------------------------------------- statuses
 def longer(robot, far):
     """A model of an arm whose last link is longer by ``far``."""
@@ -271,6 +298,8 @@ def test_models_that_cannot_serve_are_refused():
         assert not solver.is_fitted
     with pytest.raises(InputError, match="planar"):
         Compensated(kv.Numerical(task="planar"), zero(robot, 6)).fit(robot)
+    with pytest.raises(InputError, match="max_joint_distance"):
+        Compensated(kv.Numerical(max_joint_distance=0.5), zero(robot)).fit(robot)
     with pytest.raises(InputError, match="solver object"):
         Compensated("analytic", zero(robot)).fit(robot)
     with pytest.raises(InputError, match="not fitted"):

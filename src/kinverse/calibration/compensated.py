@@ -15,7 +15,7 @@ from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal, Settings, Solver
 from kinverse.solvers.descent import Descent, moved
 from kinverse.status import Status
-from kinverse.table import PER_INTERVAL, TableLike, replaced
+from kinverse.table import PER_INTERVAL, TableLike, kept, replaced
 from kinverse.verify import verify_table
 
 __all__ = ["Compensated"]
@@ -62,7 +62,8 @@ class Compensated(Solver):
 
     Raises:
         InputError: (fit) a model that is not fitted, of other joints, of another robot, or of
-            rotations for the tasks "planar" and "schoenflies".
+            rotations for the tasks "planar" and "schoenflies"; a solver that counts a setting from
+            ``q_seed``.
 
     Example:
         >>> solver = Compensated(kv.Analytic(), model).fit(robot)
@@ -100,6 +101,12 @@ class Compensated(Solver):
 
     def _fit(self, robot: Robot) -> None:
         self.solver_ = self.solver.clone().fit(robot)
+        setting = self.solver_._counted_from_seed()
+        if setting:
+            raise InputError(
+                f"Compensated: {setting} of {type(self.solver).__name__} is counted from q_seed,"
+                " and corrections lead away from it: leave it out"
+            )
         self.branch_labels_ = self.solver_.branch_labels_
         _check_model(self.model, robot, self.settings_.task)
 
@@ -107,9 +114,6 @@ class Compensated(Solver):
         # damped: at a wrist that is nearly straight full steps go round several times
         free = replace(self.settings_, windings="nearest", limits="ignore")
         self._descent = Descent(self.robot_, free)
-
-    def _counted_from_seed(self) -> str:
-        return self.solver_._counted_from_seed()
 
     def _answer(self, T: Array, q_seed: Array | None, seed: int) -> TableLike:
         nominal = self.solver_._answer(T, q_seed, seed)
@@ -126,6 +130,8 @@ class Compensated(Solver):
             if not len(rows):
                 break
             q[rows] = found.q[apart]
+            # what finds no rest between its windings is no solution
+            found = kept(found, ~apart)
         return self._grouped(nominal, found, pose, branch, spent, q_seed)
 
     # Steps ------------------------------------------------------------------------------------
