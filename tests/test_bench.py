@@ -219,6 +219,7 @@ SECTIONS = [
     "anfis",
     "learned",
     "learned_starts",
+    "calibration",
 ]
 KNOWN = ("rank_deficient", "learned")
 """Sections with targets that are not all reached, or not with what a quick run can train."""

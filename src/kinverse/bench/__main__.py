@@ -11,6 +11,7 @@ from kinverse import kernels
 from kinverse.bench import report
 from kinverse.bench.report import Line
 from kinverse.bench.sections import (
+    calibration,
     closed_form,
     fitting,
     general,
@@ -59,6 +60,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "anfis": networks_anfis.anfis,
     "learned": networks_learned.branches,
     "learned_starts": networks_learned.starts,
+    "calibration": calibration.calibration,
     "import_time": importing.import_time,
 }
 

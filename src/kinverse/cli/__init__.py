@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from kinverse.cli._args import LISTS, join_numbers
+from kinverse.cli.calibrate import calibrate
 from kinverse.cli.compare import compare
 from kinverse.cli.fk import fk
 from kinverse.cli.info import info
@@ -33,7 +34,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (robots, info, fk, solve, compare, train):
+for _command in (robots, info, fk, solve, compare, train, calibrate):
     app.command()(_command)
 
 

@@ -1,0 +1,84 @@
+"""``kinverse calibrate``: which error model fits measurements of a real arm."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinverse.cli._args import Base, Json, RobotName, Tip
+from kinverse.errors import InputError
+
+__all__ = ["calibrate"]
+
+
+def calibrate(
+    robot: RobotName,
+    measurements: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CSV",
+            help="Columns by name and unit: 'joint1 [deg]' ... and 'x [mm]', 'y [mm]', 'z [mm]'.",
+        ),
+    ],
+    model: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="fourier:HARMONICS, polynomial:DEGREE[:BASIS], geometric[:HARMONICS], or several"
+            " joined by +; give it more than once to compare; a usual choice of nine if left out."
+        ),
+    ] = None,
+    folds: Annotated[int, typer.Option(help="Parts for cross-validation.")] = 5,
+    rng: Annotated[int, typer.Option(help="Seed of the split into parts.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Save the best model to this .npz.")] = None,
+    json: Json = False,
+    base: Base = None,
+    tip: Tip = None,
+) -> int:
+    """Fit models of the tool's error and compare them on measurements held back.
+
+    Exit status 1 if no model is better than none.
+    """
+    import json as text
+    import warnings
+
+    import kinverse as kv
+    from kinverse import calibration
+    from kinverse.calibration.choice import NONE
+    from kinverse.calibration.named import CANDIDATES
+    from kinverse.cli._show import note, show_table, table
+
+    if out is not None and (out.suffix != ".npz" or not out.parent.is_dir()):
+        raise InputError(f"--out must be an .npz file in a folder that is there, got {out}")
+    if rng < 0:
+        raise InputError(f"--rng must not be negative, got {rng}")
+    arm = kv.load(robot, base=base, tip=tip)
+    names = [name for name in dict.fromkeys(model or CANDIDATES) if name != NONE]
+    models = {name: calibration.make_model(name, arm) for name in names}
+    measured = calibration.read_measurements(measurements, arm)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        chosen = calibration.choose(models, measured.q, measured.error, folds, rng)
+    if measured.ignored:
+        note(f"columns that were not read: {', '.join(measured.ignored)}")
+    for said in dict.fromkeys(str(warning.message) for warning in caught):
+        note(said)
+    if out is not None:
+        calibration.save(chosen.model, out)
+    if json:
+        rows = [row._asdict() for row in chosen.table]
+        answer = {"robot": arm.name, "measurements": len(measured.q), "unit": "m"}
+        print(text.dumps({**answer, "chosen": chosen.name, "table": rows}))
+    else:
+        shown = table(
+            "model", ">held-out rms mm", ">best fold", ">worst fold",
+            title=f"{arm.name}, {len(measured.q)} measurements, {folds} folds",
+        )  # fmt: skip
+        for row in chosen.table:
+            millimetres = (f"{1e3 * value:.4f}" for value in (row.rms, row.low, row.high))
+            shown.add_row(row.name, *millimetres)
+        show_table(shown)
+        before, after = 1e3 * chosen.before.rms, 1e3 * chosen.table[0].rms
+        print(f"chosen: {chosen.name}, {before:.4f} mm before, {after:.4f} mm after")
+        if out is not None:
+            print(f"saved to {out}")
+    return 1 if chosen.name == NONE else 0
