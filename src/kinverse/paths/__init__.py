@@ -1,0 +1,1 @@
+"""Paths: what follows them, and what they do to an arm."""
