@@ -141,7 +141,8 @@ def _held_out(robot: kv.Robot, half: float, label: str, variant: Variant, seeds:
 def _loop(robot: kv.Robot, half: float, seeds: int, count: int, quick: bool) -> list[Line]:
     from kinverse.learning import sample
 
-    alone, both, rounds, spent = [], [], [], []
+    alone, both, spent = [], [], []
+    rounds: list[int] = []
     for seed in range(seeds):
         region = _region(robot, half, HELD_OUT + seed)
         keep = _keep(robot)
@@ -152,12 +153,12 @@ def _loop(robot: kv.Robot, half: float, seeds: int, count: int, quick: bool) -> 
         answers = solver.solve(T)
         spent.append(1e6 * (time.process_time() - start) / count)
         alone.append(_verified(robot, answers, T, solver))
-        rounds.append(float(np.median(answers.stats.evaluations[answers.ok] - 1)))
+        rounds.extend((answers.stats.evaluations[answers.ok] - 1).tolist())
         whole = solver.clone().set_params(fallback="numerical").fit(robot)
         both.append(_verified(robot, whole.solve(T), T, whole))
+    turns = f"{np.median(rounds):g} rounds of the loop in the median" if rounds else "none arrived"
     note = (
-        f"{seeds} seeds, {count} fresh poses each; {np.nanmedian(rounds):g} rounds of the loop in"
-        f" the median, {np.median(spent):.3g} us of CPU a pose"
+        f"{seeds} seeds, {count} fresh poses each; {turns}, {np.median(spent):.3g} us of CPU a pose"
     )
     section = _section(half)
     needed = None if quick else NEEDED.get(half)
