@@ -52,6 +52,7 @@ RANKS = {
     "solve": 6,
     "conformance": 6,
     "plots": 7,
+    "simulation_plots": 7.5,
     "training_plots": 7,
     "training_report": 7.5,  # a figure of their pictures
     "paths": 7,

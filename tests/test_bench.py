@@ -217,6 +217,7 @@ SECTIONS = [
     "predicting",
     "fusion",
     "anfis",
+    "simulation",
     "learned",
     "learned_starts",
     "calibration",

@@ -134,3 +134,15 @@ def test_joints_that_drive_others_are_refused():
     q = np.zeros((2, robot.dof))
     with pytest.raises(InputError, match="mimic"):
         simulate(robot, [0.0, 1.0], q)
+
+
+def test_runs_are_drawn_side_by_side(kr16, tmp_path):
+    from kinverse.simulation_plots import simulation_figure
+
+    runs = {name: simulate(kr16, *motion(), drive=name) for name in ("joints", "tool")}
+    figure = simulation_figure(runs, "KR16")
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["joints", "tool"]
+    assert len(figure.axes) == 4 and len(figure.axes[0].lines) == 6
+    figure.savefig(tmp_path / "runs.png")
+    with pytest.raises(InputError, match="one to three"):
+        simulation_figure({})

@@ -26,6 +26,7 @@ from kinverse.bench.sections import (
     pairs,
     reach,
     seven,
+    simulation,
     speed,
     swarm,
     swarm_answers,
@@ -61,6 +62,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "learned": networks_learned.branches,
     "learned_starts": networks_learned.starts,
     "calibration": calibration.calibration,
+    "simulation": simulation.simulation,
     "import_time": importing.import_time,
 }
 
