@@ -59,7 +59,7 @@ class Trained(Solver):
 
     def _default_network(self) -> Any:
         """What is trained where ``network`` is None."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no _default_network")
 
     def _new_network(self, number: int, label: str, total: int) -> Any:
         """A fresh network with a seed of its own, whose epochs ``progress`` is told."""
