@@ -103,8 +103,6 @@ def test_fresh_poses_are_none_that_were_learned(kr16):
     fresh = solver.held_out(100)
     distance = np.abs(fresh.q[:, None] - learned[None]).max(axis=2).min(axis=1)
     assert distance.min() > 1e-9
-    other = kv.Learned.load(kr16, kv.load("kr16")).set_params(random_state=1)
-    assert not np.array_equal(other.held_out(100).q, fresh.q)
 
 
 def test_a_redundant_arm_has_one_network(capsys, here):

@@ -53,12 +53,20 @@ def test_far_away_it_says_so_or_falls_back(puma):
     assert (whole.stats.starts[lost] == 1).all()
 
 
-def test_it_starts_at_the_seed(puma, near):
+def test_a_seed_that_is_the_answer_is_the_answer(puma, near):
     q, T = targets(puma, 0.04)
     answers = near.solve(T, q_seed=q)
-    np.testing.assert_allclose(answers.q, q, atol=1e-4)
-    # an exact start still moves: the network does not answer zero with zero
+    np.testing.assert_allclose(answers.q, q, atol=1e-12)
+    assert (answers.stats.evaluations == 1).all()
+
+
+def test_it_falls_back_from_the_seed(puma):
+    rng = np.random.default_rng(0)
+    q = puma.random(60, rng)
+    near = np.clip(q + rng.normal(0.0, 1e-3, q.shape), *puma.limits.T)
+    answers = kv.Fusion(n_poses=20).fit(puma).solve(puma.fk(q), q_seed=near)
     assert answers.ok.all()
+    assert (np.abs(answers.q - q).max(axis=1) < 0.1).mean() > 0.9
 
 
 def test_one_pose_gives_the_same_bits_as_many(puma, near):

@@ -141,6 +141,34 @@ def test_any_regressor_of_several_outputs_will_do(puma, poses, network):
     assert answers.ok.mean() > 0.9
 
 
+def test_an_arm_with_joints_to_spare_starts_at_the_seed():
+    robot = kv.load("panda")
+    q = robot.random(50, np.random.default_rng(4))
+    answers = small(refine="lm").fit(robot).solve(robot.fk(q), q_seed=q)
+    assert answers.ok.all()
+    np.testing.assert_allclose(answers.q, q, atol=1e-6)
+
+
+def test_settings_changed_after_fit_wait_for_the_next(puma, poses, tmp_path):
+    solver = small().fit(puma)
+    wanted = solver.solve(poses[:20])
+    solver.set_params(refine=None, limits="ignore", tol_position=1e-3, keep=lambda q: q[:, 0] > 9)
+    solver.save(tmp_path / "a.npz")
+    got = kv.Learned.load(tmp_path / "a.npz", puma).solve(poses[:20])
+    np.testing.assert_array_equal(got.q, wanted.q)
+    assert len(solver.held_out(50).q)
+
+
+def test_a_loaded_solver_can_be_trained_again(tmp_path):
+    robot = kv.load("planar3r_003")
+    solver = small(virtual="cos_sin", features="xyz", task="position").fit(robot)
+    solver.save(tmp_path / "a.npz")
+    again = kv.Learned.load(tmp_path / "a.npz", robot)
+    assert again == solver
+    T = robot.fk(robot.random(9, 3))
+    np.testing.assert_array_equal(again.clone().fit(robot).predict(T), solver.predict(T))
+
+
 def test_progress_rises_to_one_and_can_end_it(puma):
     told = []
     small(progress=lambda text, share: told.append((text, share))).fit(puma)
@@ -176,6 +204,7 @@ def test_ctrl_c_keeps_what_was_learned_and_ends_soon(puma, monkeypatch):
         ({"refine": "gauss"}, "refine must be newton, lm or None"),
         ({"n_samples": 1}, "n_samples must lie in 2"),
         ({"neighbors": -1}, "neighbors must lie in 0"),
+        ({"refine": None, "fallback": "numerical"}, "fallback needs refine"),
         ({"fallback": "analytic"}, "fallback must be 'numerical' or None"),
         ({"random_state": None}, "random_state must be a whole number"),
         ({"network": 3}, "network must be a regressor"),

@@ -139,13 +139,33 @@ def test_a_write_that_fails_leaves_the_old_file(file, network, monkeypatch):
     assert [path.name for path in file.parent.iterdir()] == ["net.npz"]
 
 
-def test_settings_that_only_code_could_hold_are_named(rows, tmp_path):
-    odd = MLP((4,), max_iter=3, random_state=np.random.default_rng(1)).fit(*rows)
-    with pytest.raises(InputError, match="random_state"):
-        odd.save(tmp_path / "a.npz")
+def test_what_is_not_fitted_is_not_saved(tmp_path):
     with pytest.raises(InputError, match="not fitted"):
         MLP().save(tmp_path / "a.npz")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_stream_of_random_numbers_stays_behind(rows, tmp_path):
+    odd = MLP((4,), max_iter=3, random_state=np.random.default_rng(1)).fit(*rows)
+    odd.save(tmp_path / "a.npz")
+    again = networks.load(tmp_path / "a.npz")
+    assert again.random_state is None
+    np.testing.assert_array_equal(again.predict(rows[0]), odd.predict(rows[0]))
+
+
+@pytest.mark.parametrize("key", ["weights_", "input_unit_", "layers_", "output_middle_"])
+def test_parts_that_do_not_belong_together(file, key, tmp_path):
+    header, arrays = storage.read(file, "network")
+    for name in ("kinverse", "kind", "digest"):
+        header.pop(name, None)
+    short = {**arrays, key: arrays[key][:-1]}
+    storage.write(tmp_path / "a.npz", "network", header, short)
+    with pytest.raises(InputError, match="do not belong together"):
+        networks.load(tmp_path / "a.npz")
+    del header["learned"][key]
+    storage.write(tmp_path / "b.npz", "network", header, arrays)
+    with pytest.raises(InputError, match="do not belong together|not as it was written"):
+        networks.load(tmp_path / "b.npz")
 
 
 def test_an_optimizer_with_settings_comes_back(rows, tmp_path):

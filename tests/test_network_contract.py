@@ -145,3 +145,23 @@ def test_a_setting_changed_after_fit_waits_for_the_next_fit(name):
     before = network.predict(X)
     network.set_params(activation="logsig" if network.activation == "tansig" else "tansig")
     np.testing.assert_array_equal(network.predict(X), before)
+
+
+@pytest.mark.parametrize("size", [1e-310, 1e-140, 1e140])
+def test_targets_of_any_size_give_numbers(size):
+    X, y = smooth()
+    net = make_network("MLP", hidden=(6,), max_iter=10, random_state=1).fit(X, size * y)
+    assert np.isfinite(net.predict(X)).all()
+    if size > 1e-200:
+        assert net.n_iter_ > 1
+        assert np.abs(net.predict(X) / size - y).max() < 0.5
+
+
+def test_who_goes_on_has_not_seen_the_rows_held_back():
+    rng = np.random.default_rng(0)
+    X, noise = rng.uniform(-1, 1, (80, 3)), rng.standard_normal(80)
+    net = make_network(
+        "MLP", hidden=(40,), trainer="lm", early_stopping=True, warm_start=True, max_iter=30
+    )
+    errors = [net.fit(X, noise).validation_mse_.min() for _ in range(4)]
+    assert min(errors) > 0.5 * noise.var()

@@ -252,16 +252,20 @@ class IterativeNetwork(NetworkRegressor):
         if not self.warm_start or "weights_" not in vars(self):
             return None
         shape = (self.n_features_in_, self.n_outputs_)
-        return shape, self.weights_, self._inputs, self._outputs
+        return shape, self.weights_, self._inputs, self._outputs, self.held_seed_
 
     def _learn(self, X: Array, Y: Array, rng: np.random.Generator, kept: Any) -> None:
+        going_on = kept is not None and kept[0] == (self.n_features_in_, self.n_outputs_)
+        # who goes on must not have seen the rows held back: the same ones, if they are as many
+        self.held_seed_ = kept[-1] if going_on else int(rng.integers(2**31))
         held = np.zeros(len(X), np.bool_)
         if self.early_stopping:
             count = min(max(1, round(self.validation_fraction * len(X))), len(X) - 1)
-            held[rng.permutation(len(X))[:count]] = True
+            order = np.random.default_rng(self.held_seed_).permutation(len(X))
+            held[order[:count]] = True
         start = None
-        if kept is not None and kept[0] == (self.n_features_in_, self.n_outputs_):
-            _, start, inputs, outputs = kept
+        if going_on:
+            _, start, inputs, outputs, _ = kept
             self.input_middle_, self.input_unit_ = inputs
             self.output_middle_, self.output_unit_ = outputs
         else:

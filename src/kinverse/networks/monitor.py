@@ -115,7 +115,7 @@ class Monitor:
         if self.best is None or judged < self._lowest or (latest and held is None):
             self.best, self._lowest, self._since = copy.deepcopy(weights), judged, 0
             self.learned = dict(learned or {})
-        return self._ends(weights, told, held)
+        return self._ends(weights, mse, told, held)
 
     def stop(self, reason: str) -> None:
         """Say why a trainer ended by its own rule."""
@@ -134,15 +134,15 @@ class Monitor:
             self.epoch(weights, mse, learned=learned)
         self.stop(reason)
 
-    def _ends(self, weights: Any, told: Array, held: Array | None) -> bool:
+    def _ends(self, weights: Any, mse: Array, told: Array, held: Array | None) -> bool:
         now = None if self._predict is None else partial(self._predict, weights)
         if self._callback is not None and self._callback(
             Progress(self.epochs, self.max_epochs, told, held, now)
         ):
             self.reason = "the callback ended the training"
-        elif not np.isfinite(told).all():
+        elif not np.isfinite(mse).all():
             self.reason = "the error is no longer a finite number: try a smaller rate"
-        elif float(np.mean(told)) <= self._goal:
+        elif float(np.mean(told)) <= self._goal and (self._goal > 0.0 or not mse.any()):
             self.reason = "the goal was reached"
         elif held is not None and self._since >= self._patience:
             self.reason = f"no better validation error for {self._patience} epochs"

@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 SCALINGS = ("minmax", None)
 """What ``scaling=`` of a network may be."""
 
+SMALLEST = 1e-150
+"""Half a range below which a column counts as constant: its square would vanish."""
+
 
 class Scaling(NamedTuple):
     """x' = (x - middle) / unit, column by column.
@@ -39,6 +42,7 @@ class Scaling(NamedTuple):
         half = 0.5 * (high - low)
         # a range of a few roundings is noise: blown up to [-1, 1] it would be learned
         noise = 8.0 * np.finfo(np.float64).eps * np.maximum(np.abs(low), np.abs(high))
+        noise = np.maximum(noise, SMALLEST)
         return cls(low + half, np.where(half <= noise, 0.0, half))
 
     def from_zero(self) -> Self:

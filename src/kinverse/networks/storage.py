@@ -4,6 +4,7 @@ import hashlib
 import io
 import json
 import os
+import uuid
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -86,7 +87,26 @@ def unpack(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], where:
             setattr(network, key, _fetched(value, arrays))
     except (KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{where}: the header of this {name} is not as it was written") from error
+    _try_out(network, where)
     return network
+
+
+def _try_out(network: Any, where: str) -> None:
+    """Refuse parts that do not belong together, before anybody trusts them."""
+    try:
+        n, m = network.n_features_in_, network.n_outputs_
+        sizes = {name: len(getattr(network, name)) for name in ("input_unit_", "input_middle_")}
+        good = all(size == n for size in sizes.values())
+        good &= len(network.output_unit_) == len(network.output_middle_) == m
+        counted = network._count_parameters(n, m)
+        if hasattr(network, "weights_") and hasattr(network, "layers_") and counted:
+            good &= len(network.weights_) == counted
+        rows = network._predicted(np.zeros((1, n)))
+        good &= rows.shape == (1, m) and bool(np.isfinite(rows).all())
+    except Exception as error:  # whatever a file can get wrong
+        raise InputError(f"{where}: the parts of this network do not belong together") from error
+    if not good:
+        raise InputError(f"{where}: the parts of this network do not belong together")
 
 
 def write(
@@ -98,7 +118,7 @@ def write(
     text = json.dumps({**full, "digest": _digest(full, arrays)}, allow_nan=False).encode()
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **{HEADER: np.frombuffer(text, np.uint8), **arrays})  # type: ignore[arg-type]
-    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+    partial = target.with_name(f".{target.name}.{uuid.uuid4().hex}.part")
     try:
         partial.write_bytes(buffer.getvalue())
         partial.replace(target)
@@ -161,6 +181,8 @@ def _plain(network: str, key: str, value: Any) -> Any:
         value = value.item()
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
+    if isinstance(value, (np.random.Generator, np.random.RandomState)):
+        return None  # the stream that trained belongs to the session, as callbacks do
     if isinstance(value, (tuple, list)):
         return {"tuple": [_plain(network, key, item) for item in value]}
     from kinverse.optimizers import Optimizer
@@ -191,6 +213,8 @@ def _stored(network: str, key: str, value: Any, arrays: Arrays) -> Any:
         value = value.item()
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
+    if isinstance(value, np.ndarray) and all(isinstance(item, str) for item in value.flat):
+        value = value.astype(str)  # names of columns
     if isinstance(value, np.ndarray) and value.dtype != object:
         arrays[key] = value
         return {"array": key}

@@ -51,8 +51,9 @@ class Fusion(Trained):
     with D = P_target - P_s at first: the deviation that forward kinematics finds is added to the
     increment that is asked for, the reading of the document that converges. Each pose ends within
     the tolerances, or after ``max_iterations``, or when its error has grown three times or the
-    network says what is no joint value (beyond +-1e6); then ``fallback`` takes over from the best
-    joint values met. ``stats.starts`` is 0 where the loop alone arrived and 1 where it fell back.
+    network says what is no joint value (beyond +-1e6); then ``fallback`` takes over from
+    ``q_seed``, or the best joint values met. ``stats.starts`` is 0 where the loop alone arrived
+    and 1 where it fell back.
 
     The loop arrives where the training poses lie close together (document 000's figures belong to
     a region of a few degrees about one configuration, ``kinverse.bench`` prints which).
@@ -149,6 +150,7 @@ class Fusion(Trained):
         return RBFNetwork(NEURONS, spread=SPREAD)
 
     def _remember(self) -> None:
+        super()._remember()
         self.fallback_, self.max_iterations_ = self.fallback, int(self.max_iterations)
 
     def _check(self) -> None:
@@ -160,7 +162,10 @@ class Fusion(Trained):
     def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
         from kinverse.learning import sample
 
-        drawn = sample(self.robot_, n_samples, random_state=rng, keep=self.keep, region=self.region)
+        used = self.trained_with_
+        drawn = sample(
+            self.robot_, n_samples, random_state=rng, keep=used["keep"], region=used["region"]
+        )
         return [Examples(drawn.q, drawn.T)]
 
     # Solving ----------------------------------------------------------------------------------
@@ -185,8 +190,9 @@ class Fusion(Trained):
         q, arrived, evaluations = self._loop(T, self._start(T, q_seed))
         lost = np.flatnonzero(~arrived)
         if self.fallback_ is not None and len(lost):
+            near = q if q_seed is None else q_seed
             rest = self._numerical._propose(
-                np.ascontiguousarray(T[lost]), np.ascontiguousarray(q[lost]), seed
+                np.ascontiguousarray(T[lost]), np.ascontiguousarray(near[lost]), seed
             )
             q[lost] = rest.q
             if rest.evaluations is not None:
@@ -204,15 +210,15 @@ class Fusion(Trained):
         """Best joint values (N, n), whether they are within the tolerances, evaluations."""
         expert, robot = self.experts_[0], self.robot_
         N = len(T)
-        best, lowest = start.copy(), np.full(N, np.inf)
-        evaluations, grown = np.ones(N, np.int64), np.zeros(N, np.int64)
         if not N:
-            return best, np.zeros(0, np.bool_), evaluations
+            return start, np.zeros(0, np.bool_), np.zeros(0, np.int64)
+        best, lowest = start.copy(), self._error(start, T)
+        evaluations, grown = np.ones(N, np.int64), np.zeros(N, np.int64)
         P = expert.features.transform(robot.fk(start))
         target = expert.features.transform(T)
         asked = expert.features.difference(P, target)
         last = np.full(N, np.inf)
-        rows = np.arange(N)
+        rows = np.flatnonzero(lowest > 1.0)
         for _ in range(self.max_iterations_):
             q = start[rows] + expert.predict(P[rows], asked[rows])
             # a network far from its training poses may say anything, and no number too
@@ -244,9 +250,3 @@ class Fusion(Trained):
                 position / self.settings_.tol_position, rotation / self.settings_.tol_rotation
             )
         )
-
-    def _inside(self, q: Array) -> NDArray[np.bool_]:
-        if self.settings_.limits == "ignore":
-            return np.ones(len(q), np.bool_)
-        low, high = self.robot_.limits.T
-        return np.asarray(((q >= low) & (q <= high)).all(axis=1))

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError
-from kinverse.ranking import turning
-from kinverse.robot import LIMIT_SLACK, Robot
+from kinverse.robot import Robot
 from kinverse.solvers._base import Proposal
 from kinverse.solvers.descent import Descent
 from kinverse.solvers.trained.branch_labels import BranchLabels, branch_labels
@@ -49,6 +48,8 @@ class Learned(Trained):
     gives no joint values; it names the branch on which a descent has ended.
 
     A prediction that does not lead to a solution is followed by the examples nearest to the pose.
+    Where there is one network, ``q_seed`` is tried before its prediction; where each branch has its
+    own, all are solved and ``q_seed`` orders them.
     It is a search: a pose that cannot be reached, or only outside the limits, is NOT_FOUND.
     Without ``refine`` a prediction is the answer where it meets the tolerances by itself; elsewhere
     the pose is NOT_FOUND, the prediction is in ``stats.best_q`` and its true error beside it.
@@ -140,7 +141,7 @@ class Learned(Trained):
         self._tell("examples", 0.0)
         labels = None if virtual is not None else branch_labels(robot, self.settings_.task)
         self.branch_labels_ = () if labels is None else labels.names
-        sets = self._examples(robot, labels, virtual is not None, self.n_samples, rng)
+        sets = self._examples(robot, labels, virtual is not None, self.n_samples, rng, self.keep)
         if not sets:
             raise InputError(f"no branch of {robot.name!r} has enough examples inside the limits")
         self.branches_ = np.array(list(sets), np.int64)
@@ -162,18 +163,21 @@ class Learned(Trained):
         completed: bool,
         n_samples: int,
         rng: np.random.Generator,
+        keep: Any,
     ) -> dict[int, Examples]:
         """By branch, 0 where there is one network: what it learns, or is tested with."""
         if labels is not None:
-            return by_branch(robot, labels, n_samples, rng, self.keep)
+            return by_branch(robot, labels, n_samples, rng, keep)
         if completed:
-            return {0: unchanged(robot, n_samples, rng, self.keep)}
-        return {0: nearest_middle(robot, self.settings_, n_samples, rng, self.keep)}
+            return {0: unchanged(robot, n_samples, rng, keep)}
+        return {0: nearest_middle(robot, self.settings_, n_samples, rng, keep)}
 
     def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
-        robot, first = self.robot_, self.experts_[0]
+        robot, first, used = self.robot_, self.experts_[0], self.trained_with_
         labels = branch_labels(robot, self.settings_.task) if self.branch_labels_ else None
-        sets = self._examples(robot, labels, first.virtual is not None, n_samples, rng)
+        sets = self._examples(
+            robot, labels, first.virtual is not None, n_samples, rng, used["keep"]
+        )
         none = Examples(np.empty((0, robot.dof)), np.empty((0, 4, 4)))
         return [sets.get(branch, none) for branch in self.branches_.tolist()]
 
@@ -183,6 +187,7 @@ class Learned(Trained):
         return MLP(HIDDEN, max_iter=EPOCHS)
 
     def _remember(self) -> None:
+        super()._remember()
         self.refine_, self.neighbors_ = self.refine, int(self.neighbors)
         self.fallback_ = self.fallback
 
@@ -191,6 +196,8 @@ class Learned(Trained):
         if self.refine is not None and self.refine not in REFINES:
             raise InputError(f"refine must be {', '.join(REFINES)} or None, got {self.refine!r}")
         check_fallback(self.fallback)
+        if self.refine is None and self.fallback is not None:
+            raise InputError("fallback needs refine: without it predictions stand as they are")
         check_whole("n_samples", self.n_samples, 2, MOST_SAMPLES)
         check_whole("neighbors", self.neighbors, 0, MOST_NEIGHBORS)
 
@@ -198,7 +205,6 @@ class Learned(Trained):
 
     def _bind(self) -> None:
         robot, settings = self.robot_, self.settings_
-        self._turns = turning(robot)
         self._rounds = None
         if self.refine_ is None:
             return
@@ -208,8 +214,8 @@ class Learned(Trained):
             Descent(robot, settings, REFINES[self.refine_]),
             None if labels is None else self._network_of(labels),
             self._is_final,
-            1 + min(self.neighbors_, min(len(expert.neighbours) for expert in self.experts_)),
         )
+        self._most = 1 + min(self.neighbors_, *(len(each.neighbours) for each in self.experts_))
 
     def _network_of(self, labels: BranchLabels) -> Callable[[Array], Ints]:
         """Configurations (K, n) to the number of their branch's network, -1 where it has none."""
@@ -225,7 +231,10 @@ class Learned(Trained):
             branch = self._branch(numbers)
             evaluations = np.full(N, B)
             return Proposal(q, poses, branch, evaluations=evaluations, evidence=searched(N))
-        found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T))
+        # where branches have names all of them are wanted, and q_seed only orders them
+        first = None if self.branch_labels_ else q_seed
+        most = self._most + (first is not None)
+        found = self._rounds.solve(T, B, self.robot_.dof, self._starts(T, first), most)
         # of a branch without a solution the attempt is shown only where no branch has one
         shown = found.solved | ~found.solved.any(axis=1, keepdims=True)
         poses, numbers = np.nonzero(shown)
@@ -259,12 +268,16 @@ class Learned(Trained):
             return np.full(len(q), -1, np.int32)
         return self._labels.of(q).astype(np.int32)
 
-    def _starts(self, T: Array) -> Starts:
-        """The prediction first, then the nearest examples, looked up where they are asked for."""
+    def _starts(self, T: Array, q_seed: Array | None) -> Starts:
+        """Of each pose: q_seed if given, the prediction, the nearest examples, as asked for."""
         near: dict[int, Ints] = {}
 
         def start(branch: int, poses: Ints, k: int) -> Array:
             expert = self.experts_[branch]
+            if q_seed is not None:
+                if k == 0:
+                    return q_seed[poses]
+                k -= 1
             if k == 0:
                 return np.asarray(expert.predict(self.robot_, T[poses]))
             if branch not in near:
@@ -288,16 +301,6 @@ class Learned(Trained):
         one ends the search inside the limits.
         """
         return np.ones(len(q), np.bool_) if self.branch_labels_ else self._inside(q)
-
-    def _inside(self, q: Array) -> NDArray[np.bool_]:
-        """Whether joint values (K, n) keep the limits, by another winding if need be."""
-        if self.settings_.limits == "ignore":
-            return np.ones(len(q), np.bool_)
-        low, high = self.robot_.limits.T
-        turns = np.where(self._turns, np.ceil((low - LIMIT_SLACK - q) / (2.0 * np.pi)), 0.0)
-        wound = q + 2.0 * np.pi * turns
-        inside = (wound >= low - LIMIT_SLACK) & (wound <= high + LIMIT_SLACK)
-        return np.asarray(inside.all(axis=1))
 
     def _predicted(self, T: Array) -> Array:
         q: Array = np.stack([expert.predict(self.robot_, T) for expert in self.experts_], axis=1)

@@ -47,7 +47,8 @@ def by_branch(
         if (counts[counts > 0] >= n_samples).all():
             break
     joined = {k: Examples(*map(np.concatenate, zip(*v, strict=True))) for k, v in parts.items()}
-    return {k: examples for k, examples in joined.items() if len(examples.q) >= min(LEAST, n_samples)}
+    least = min(LEAST, n_samples)
+    return {k: examples for k, examples in joined.items() if len(examples.q) >= least}
 
 
 def nearest_middle(

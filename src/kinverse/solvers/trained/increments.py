@@ -38,6 +38,8 @@ class Increments:
 
     def predict(self, P: Array, dP: Array) -> Array:
         """Joint increments (N, n) for features P (N, f) of a pose and their increments (N, f)."""
+        if not len(P):
+            return np.empty((0, self.neighbours.q.shape[1]))
         return rounded(predicted(self.network, np.hstack([P, dP])))
 
     def training_error(self, robot: Robot) -> Array:

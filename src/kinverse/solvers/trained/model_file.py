@@ -27,7 +27,13 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
         name = type(solver).__name__
         raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
     robot = solver.robot_
-    settings = {k: v for k, v in solver.get_params().items() if k not in OF_THE_SESSION}
+    used = solver.trained_with_
+    settings = {key: value for key, value in used.items() if key not in OF_THE_SESSION}
+    network = used["network"]
+    given = {
+        "network": network is not None,
+        "seeded": network is not None and network.get_params().get("random_state") is not None,
+    }
     parts: list[Any] = []
     arrays: Arrays = {}
     for k, expert in enumerate(solver.experts_):
@@ -41,6 +47,7 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
         "settings": {key: _plain(key, value) for key, value in settings.items()},
         "branch_labels": list(solver.branch_labels_),
         "branches": solver.branches_.tolist(),
+        "given": given,
         "experts": parts,
     }
     storage.write(path, KIND, header, arrays)
@@ -58,6 +65,7 @@ def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
             header["branch_labels"],
             header["branches"],
             [(head, _of_part(arrays, k)) for k, head in enumerate(header["experts"])],
+            header["given"],
             where,
         )
         _try_out(solver, where)

@@ -37,7 +37,6 @@ class Rounds:
         descent: how one start is followed.
         branch_of: q (K, n) -> the branch each lies on; None: there is one only.
         is_final: q (K, n) -> whether a solution ends the search of its branch.
-        most: starts of a pose and branch, at most.
     """
 
     def __init__(
@@ -45,13 +44,11 @@ class Rounds:
         descent: Descent,
         branch_of: Callable[[Array], Ints] | None,
         is_final: Callable[[Array], Flags],
-        most: int,
     ) -> None:
         self._descent, self._branch_of, self._is_final = descent, branch_of, is_final
-        self._most = most
 
-    def solve(self, T: Array, branches: int, dof: int, starts: Starts) -> Found:
-        """Solutions of poses T (N, 4, 4) on branches 0..B-1 from the starts given."""
+    def solve(self, T: Array, branches: int, dof: int, starts: Starts, most: int) -> Found:
+        """Solutions of poses T (N, 4, 4) on branches 0..B-1 from at most so many starts each."""
         N = len(T)
         found = Found(
             np.full((N, branches, dof), np.nan),
@@ -61,7 +58,7 @@ class Rounds:
             np.zeros(N, np.int64),
             np.full((N, branches), -1),
         )
-        for k in range(self._most):
+        for k in range(most):
             open_ = ~found.final
             if not open_.any():
                 break

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.errors import InputError
-from kinverse.robot import Robot
+from kinverse.ranking import turning
+from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers._base import Settings, Solver
 from kinverse.solvers.numerical import Numerical
 from kinverse.solvers.trained import model_file
@@ -42,7 +43,9 @@ class Trained(Solver):
     network: Any
     random_state: int
     progress: Callable[[str, float], Any] | None
+    features: Any
     experts_: list[Any]
+    trained_with_: dict[str, Any]
     branches_: NDArray[np.int64]
     _expert: ClassVar[Any] = Expert
     _share: float = 0.0
@@ -133,7 +136,7 @@ class Trained(Solver):
         """
         self._check_fitted()
         check_whole("n_samples", n_samples, 2, MOST_HELD_OUT)
-        rng = np.random.default_rng([HELD_OUT, int(self.random_state)])
+        rng = np.random.default_rng([HELD_OUT, int(self.trained_with_["random_state"])])
         parts = [
             held_out(
                 self.robot_, self.settings_.task, k, *examples, self._predicted(examples.T)[:, k]
@@ -187,18 +190,37 @@ class Trained(Solver):
         labels: Sequence[str],
         branches: Sequence[int],
         experts: Sequence[tuple[Mapping[str, Any], Mapping[str, NDArray[Any]]]],
+        given: Mapping[str, bool],
         where: str,
     ) -> None:
         self.branch_labels_, self.branches_ = tuple(labels), np.array(branches, np.int64)
         if self.branches_.shape != (len(experts),):
             raise InputError(f"{where}: {len(experts)} networks for branches {branches}")
         self.experts_ = [self._expert.unpacked(head, arrays, where) for head, arrays in experts]
-        self.network = cloned(self.experts_[0].network)
+        first = self.experts_[0]
+        self.features = first.features.kind
+        if hasattr(self, "virtual"):
+            self.virtual = None if first.virtual is None else first.virtual.kind
+        self.network = cloned(first.network) if given["network"] else None
+        if given["network"] and not given["seeded"]:
+            self.network.set_params(random_state=None)
         self._remember()
         self._bound_to(robot)
 
     def _remember(self) -> None:
-        """Take over the settings that solving heeds into attributes that end in ``_``."""
+        """Take over the settings as they are at ``fit``: those changed later wait for the next."""
+        settings = self.get_params()
+        self.trained_with_ = {key: value for key, value in settings.items() if key != "progress"}
+
+    def _inside(self, q: Array) -> NDArray[np.bool_]:
+        """Whether joint values (K, n) keep the limits, by another winding if need be."""
+        if self.settings_.limits == "ignore":
+            return np.ones(len(q), np.bool_)
+        low, high = self.robot_.limits.T
+        turns = np.ceil((low - LIMIT_SLACK - q) / (2.0 * np.pi))
+        wound = q + 2.0 * np.pi * np.where(turning(self.robot_), turns, 0.0)
+        inside = (wound >= low - LIMIT_SLACK) & (wound <= high + LIMIT_SLACK)
+        return np.asarray(inside.all(axis=1))
 
 
 def searched(poses: int) -> NDArray[np.void]:
