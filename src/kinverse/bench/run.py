@@ -32,12 +32,14 @@ class Spread:
         return cls(value, value, value)
 
     def __str__(self) -> str:
-        if self.low == self.high:
+        if self.low == self.high or self.median != self.median:
             return _short(self.median)
         return f"{_short(self.median)} [{_short(self.low)}..{_short(self.high)}]"
 
 
 def _short(value: float) -> str:
+    if value != value:
+        return "not measured"
     if value == 0.0:
         return "0"
     if abs(value) < 1e-3:

@@ -157,6 +157,7 @@ def _loop(robot: kv.Robot, half: float, seeds: int, count: int, quick: bool) -> 
         whole = solver.clone().set_params(fallback="numerical").fit(robot)
         both.append(_verified(robot, whole.solve(T), T, whole))
     turns = f"{np.median(rounds):g} rounds of the loop in the median" if rounds else "none arrived"
+    turns += ", poses of an inverse condition below 0.005 in neither set"
     note = (
         f"{seeds} seeds, {count} fresh poses each; {turns}, {np.median(spent):.3g} us of CPU a pose"
     )

@@ -61,16 +61,36 @@ def branches(quick: bool) -> list[Line]:
     def line(what: str, key: str, bound: float | None = None, least: bool = True) -> Line:
         return Line(section, "kr16", what, Spread.of(told[key]), bound, least, note)
 
+    for key, (network, neighbors) in _without(quick).items():
+        solver = kv.Learned(
+            network, neighbors=neighbors, n_samples=800 if quick else 5000, random_state=seeds[0]
+        ).fit(robot)
+        answers = solver.solve(T)
+        same = (_sets(answers) == wanted).all(axis=1)
+        told[f"{key} same"] = [100.0 * float(same.mean())]
+        told[f"{key} first"] = [100.0 * _steps(solver, T, closed)[1]]
+        told[f"{key} evaluations"] = [float(np.median(answers.stats.evaluations))]
     return [
         line("poses with the closed form's set of branches, %", "same", 99.9),
+        line("the same without the nearest examples, %", "alone same"),
+        line("the same with the mean joint values in place of a network, %", "mean same"),
         line("branches missing in all poses", "missing"),
         line("answers that the oracle refuses", "wrong", 0.0, False),
-        line("steps from a prediction to the solution, median", "steps", 6.0, False),
+        line("steps of predictions that arrive, median", "steps", 6.0, False),
         line("branches found from the prediction alone, %", "first"),
+        line("branches found from the mean joint values alone, %", "mean first"),
         line("CPU per pose and branch in a batch, us", "time", 30.0, False),
         line("evaluations a pose, all branches, median", "evaluations"),
+        line("the same with the mean joint values in place of a network", "mean evaluations"),
         line("CPU to draw examples and train, s", "fit"),
     ]
+
+
+def _without(quick: bool) -> dict[str, tuple[Any, int]]:
+    """What is left without a part: the network alone, and neighbours with no network."""
+    from sklearn.dummy import DummyRegressor
+
+    return {"alone": (None, 0), "mean": (DummyRegressor(), 8)}
 
 
 def _sets(answers: kv.Solutions) -> NDArray[np.bool_]:
@@ -125,6 +145,18 @@ def _starts(name: str, count: int, seeds: tuple[int, ...], quick: bool) -> list[
             told.setdefault(f"{key} p99", []).append(float(np.percentile(cost, 99)))
             told.setdefault(f"{key} solved", []).append(100.0 * float(answers.ok.mean()))
         told.setdefault("learned time", []).append(spent)
+        for key, (network, neighbors) in _without(quick).items():
+            other = kv.Learned(
+                network,
+                neighbors=neighbors,
+                n_samples=samples,
+                refine="lm",
+                fallback="numerical",
+                random_state=seed,
+            ).fit(robot)
+            cost = other.solve(T).stats.evaluations
+            told.setdefault(f"{key} p99", []).append(float(np.percentile(cost, 99)))
+            told.setdefault(f"{key} median", []).append(float(np.median(cost)))
         told.setdefault("seeded time", []).append(predicting + time_seeded)
     base = [float(np.percentile(answers.stats.evaluations, 99)) for answers in plain]
     middle = [float(np.median(answers.stats.evaluations)) for answers in plain]
@@ -141,6 +173,7 @@ def _told(
 ) -> list[Line]:
     section = "learned starts"
     plain = float(np.median(base))
+    mean = "the same, the mean joint values in place of a network"
     note = (
         f"{seeds} seeds; learned starts: the prediction, then the 8 nearest examples, then"
         f" Numerical's own; Numerical alone: median {np.median(middle):g}, 99th percentile"
@@ -160,8 +193,13 @@ def _told(
             0.7,
         ),
         line("the same, the prediction alone as q_seed of Numerical", ratio("seeded p99")),
+        line("the same, prediction and fall-back, no nearest examples", ratio("alone p99")),
+        line(mean, ratio("mean p99")),
         line("evaluations a pose, median", Spread.of(told["learned median"])),
         line("the same, the prediction alone as q_seed", Spread.of(told["seeded median"])),
+        line(
+            "the same, the mean joint values in place of a network", Spread.of(told["mean median"])
+        ),
         line("solved, %", Spread.of(told["learned solved"]), 100.0, True),
         line("CPU a pose with the network, us", Spread.of(told["learned time"])),
         line("the same, the prediction alone as q_seed", Spread.of(told["seeded time"])),

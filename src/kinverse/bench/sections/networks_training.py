@@ -143,7 +143,7 @@ def _told(name: str, done: list[Run], cap: float, peer: float, quick: bool) -> l
             note=note,
             runs=len(done),
         ),
-        _line(name, "test error at the end, deg", error, note=note),
+        _line(name, "test error when the clock or that error ended it, deg", error, note=note),
         _line(name, "CPU an epoch, s", Spread.of([run.each for run in done])),
     ]
     if default:
@@ -212,12 +212,15 @@ def _scikit_learn(data: Data, quick: bool) -> tuple[float, float]:
 
 
 def _torch(data: Data, hidden: tuple[int, ...], quick: bool) -> list[Line]:
-    """CPU an epoch of Levenberg-Marquardt in torch, on the same rows and net."""
+    """CPU an epoch of Levenberg-Marquardt in torch, on the same scaled rows and net."""
+    what = "torch-levenberg-marquardt / ours, CPU a step"
     try:
         import torch
         from torch_levenberg_marquardt.training import LevenbergMarquardtModule, MSELoss
     except ImportError:
-        return []
+        missing = Spread.exact(float("nan"))
+        note = "not measured: see requirements-bench-torch.txt"
+        return [Line(SECTION, "lm", what, missing, None, note=note)]
     from kinverse.networks import MLP
 
     torch.set_num_threads(1)
@@ -232,7 +235,7 @@ def _torch(data: Data, hidden: tuple[int, ...], quick: bool) -> list[Line]:
             torch.nn.Linear(hidden[0], data.y.shape[1]),
         ).to(kind)
         module = LevenbergMarquardtModule(model=net, loss_fn=MSELoss(), solve_method=way)
-        X, y = (torch.tensor(part, dtype=kind) for part in (data.X, data.y))
+        X, y = (torch.tensor(_scaled(part), dtype=kind) for part in (data.X, data.y))
         module.training_step(X, y)
         start = time.process_time()
         for _ in range(steps):
@@ -248,6 +251,12 @@ def _torch(data: Data, hidden: tuple[int, ...], quick: bool) -> list[Line]:
     return [
         Line(SECTION, "lm", "torch-levenberg-marquardt / ours, CPU a step", ratio, bound, note=note)
     ]
+
+
+def _scaled(rows: Array) -> Array:
+    """Columns to [-1, 1], as our networks scale them."""
+    low, high = rows.min(axis=0), rows.max(axis=0)
+    return np.asarray(2.0 * (rows - low) / (high - low) - 1.0)
 
 
 def predicting(quick: bool) -> list[Line]:
