@@ -5,7 +5,25 @@
 (100, 4, 4)
 """
 
+from kinverse.paths.feasible import Feasibility, Interval, feasible
+from kinverse.paths.named import named_path, named_samples, path_names
 from kinverse.paths.orientation import Constant, Radial, Tangent
 from kinverse.paths.path import Path, Samples
+from kinverse.paths.planar_conditions import Condition, condition_5, condition_6
 
-__all__ = ["Constant", "Path", "Radial", "Samples", "Tangent"]
+__all__ = [
+    "Condition",
+    "Constant",
+    "Feasibility",
+    "Interval",
+    "Path",
+    "Radial",
+    "Samples",
+    "Tangent",
+    "condition_5",
+    "condition_6",
+    "feasible",
+    "named_path",
+    "named_samples",
+    "path_names",
+]

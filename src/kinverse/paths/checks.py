@@ -11,10 +11,12 @@ from kinverse.errors import InputError
 __all__ = [
     "SAME_PLACE",
     "as_bounds",
+    "as_frame",
     "as_length",
     "as_stations",
     "check_blend",
     "check_pieces",
+    "stacked",
     "turns_between",
 ]
 
@@ -50,6 +52,27 @@ def as_stations(points: ArrayLike, name: str) -> tuple[Array, Array | None]:
         count = "none" if len(array) == 0 else "one"
         raise InputError(f"a path needs at least two {name}, got {count}")
     return array, given
+
+
+def stacked(parts: list[Any], names: tuple[str, ...]) -> Array:
+    """Positions or poses given one by one, as (K, 3) or (K, 4, 4)."""
+    arrays = []
+    for part, name in zip(parts, names, strict=True):
+        if hasattr(part, "as_matrix") or hasattr(part, "A"):
+            part = se3.as_pose(part, name)
+        array = se3.as_real(part, name)
+        if array.shape not in ((3,), (4, 4)):
+            raise InputError(f"{name} must be a position (3,) or a pose (4, 4), got {array.shape}")
+        arrays.append(array)
+    if len({array.ndim for array in arrays}) > 1:
+        raise InputError(f"{', '.join(names)} must all be positions (3,) or all poses (4, 4)")
+    return np.stack(arrays)
+
+
+def as_frame(value: Any, name: str) -> Array:
+    """A frame (4, 4) from one or from its origin (3,)."""
+    array = se3.as_real(value, name)
+    return se3.pose(array) if array.shape == (3,) else se3.as_pose(array, name)
 
 
 def turns_between(places: Array, given: Array) -> Array | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 
-__all__ = ["Poses", "from_csv", "from_matrix", "from_npz"]
+__all__ = ["Poses", "from_csv", "from_file", "from_matrix", "from_npz"]
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,33 @@ class Poses(NamedTuple):
     problems: tuple[str, ...] = ()
     ignored: tuple[str, ...] = ()
     largest: float = 0.0
+
+
+def from_file(path: Path, degrees: bool | None) -> Array:
+    """Poses (N, 4, 4) of a .csv, .npz or .npy file.
+
+    Args:
+        path: the file; of a .csv x y z alone will do.
+        degrees: what angles without a unit are in; None: radians, of at most a turn.
+
+    Raises:
+        InputError: another kind of file, or what its reader refuses.
+        OSError: the file cannot be read.
+    """
+    kind = path.suffix.lower()
+    if kind == ".npz":
+        return from_npz(path).T
+    if kind == ".npy":
+        return from_matrix(path).T
+    if kind != ".csv":
+        raise InputError(f"{path}: a path file ends in .csv, .npz or .npy")
+    read = from_csv(path, bool(degrees), skip=False, task="position")
+    if degrees is None and abs(read.largest) > 2.0 * math.pi:
+        raise InputError(
+            f"{path}: roll, pitch and yaw are read as radians, and {read.largest:g} is more than a"
+            ' turn: name the columns "roll [deg]", or give degrees=True or False'
+        )
+    return read.T
 
 
 def from_matrix(path: Path) -> Poses:

@@ -12,13 +12,15 @@ from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.checks import (
     as_bounds,
+    as_frame,
     as_length,
     as_stations,
     check_blend,
     check_pieces,
+    stacked,
     turns_between,
 )
-from kinverse.paths.files import from_csv, from_matrix, from_npz
+from kinverse.paths.files import from_file
 from kinverse.paths.orientation import Constant, Orientation, Slerp, as_orientation
 from kinverse.paths.shapes import Arc, Curve, Polyline, Still, rounded
 from kinverse.paths.smooth import spline
@@ -78,7 +80,7 @@ class Path:
             >>> Path.line([0.5, 0, 1], [0.5, 0.3, 1]).length
             0.3
         """
-        return cls.polyline(_stacked([start, end], ("start", "end")), orientation=orientation)
+        return cls.polyline(stacked([start, end], ("start", "end")), orientation=orientation)
 
     @classmethod
     def arc(
@@ -93,7 +95,7 @@ class Path:
             >>> Path.arc([1, 0, 0], [0, 1, 0], [-1, 0, 0]).length / np.pi
             1.0
         """
-        points, given = as_stations(_stacked([start, via, end], ("start", "via", "end")), "arc")
+        points, given = as_stations(stacked([start, via, end], ("start", "via", "end")), "arc")
         u, v = points[1] - points[0], points[2] - points[0]
         normal = np.cross(u, v)
         flat = float(np.linalg.norm(normal))
@@ -135,7 +137,7 @@ class Path:
             >>> Path.circle([0.6, 0, 0.5], 0.2, angles=[0, np.pi / 2])(0.0)[:3, 3]
             array([0.8, 0. , 0.5])
         """
-        frame = _frame(center, "center")
+        frame = as_frame(center, "center")
         size = as_length(radius, "radius", least=1e-9)
         first, last = as_bounds(angles, "angles")
         x, y = frame[:3, 0], frame[:3, 1]
@@ -203,7 +205,7 @@ class Path:
             >>> Path.rectangle(x=[5, 15], y=[-1, 10], orientation="radial").length
             42.0
         """
-        placed = _frame(frame, "frame")
+        placed = as_frame(frame, "frame")
         (x0, x1), (y0, y1) = as_bounds(x, "x"), as_bounds(y, "y")
         flat = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
         corners = flat @ placed[:3, :3].T + placed[:3, 3]
@@ -279,21 +281,9 @@ class Path:
             >>> path = Path.from_file("weld.csv", degrees=True)
         """
         source = FilePath(file)
-        kind = source.suffix.lower()
-        if kind == ".csv":
-            read = from_csv(source, bool(degrees), skip=False, task="position")
-            if degrees is None and abs(read.largest) > 2.0 * np.pi:
-                raise InputError(
-                    f"{source}: roll, pitch and yaw are read as radians, and {read.largest:g} is"
-                    ' more than a turn: name the columns "roll [deg]", or give degrees=True or'
-                    " False"
-                )
-        elif kind in (".npz", ".npy"):
-            read = from_npz(source) if kind == ".npz" else from_matrix(source)
-        else:
-            raise InputError(f"{source}: a path file ends in .csv, .npz or .npy")
+        T = from_file(source, degrees)
         try:
-            return cls.polyline(read.T, orientation=orientation)
+            return cls.polyline(T, orientation=orientation)
         except InputError as error:
             raise InputError(f"{source}: {error}") from error
 
@@ -383,24 +373,3 @@ def _turning(orientation: Any, given: Array | None, knots: Array | None) -> Orie
     if orientation is not None:
         return as_orientation(orientation)
     return Constant() if given is None or knots is None else Slerp(knots, given)
-
-
-def _stacked(parts: list[Any], names: tuple[str, ...]) -> Array:
-    """Positions or poses given one by one, as (K, 3) or (K, 4, 4)."""
-    arrays = []
-    for part, name in zip(parts, names, strict=True):
-        if hasattr(part, "as_matrix") or hasattr(part, "A"):
-            part = se3.as_pose(part, name)
-        array = se3.as_real(part, name)
-        if array.shape not in ((3,), (4, 4)):
-            raise InputError(f"{name} must be a position (3,) or a pose (4, 4), got {array.shape}")
-        arrays.append(array)
-    if len({array.ndim for array in arrays}) > 1:
-        raise InputError(f"{', '.join(names)} must all be positions (3,) or all poses (4, 4)")
-    return np.stack(arrays)
-
-
-def _frame(value: Any, name: str) -> Array:
-    """A frame (4, 4) from one or from its origin (3,)."""
-    array = se3.as_real(value, name)
-    return se3.pose(array) if array.shape == (3,) else se3.as_pose(array, name)

@@ -96,9 +96,12 @@ class Spline:
         return cuts
 
     def _at(self, u: Array, order: int) -> Array:
-        i = np.clip(np.searchsorted(self.knots, u, side="right") - 1, 0, len(self.knots) - 2)
-        w = (u - self.knots[i])[..., None]
-        a, b, c, d = self.coefficients[:, i]
+        """The spline, or its derivative, at u (N,)."""
+        i = self._piece(u)
+        return self._cubic(self.coefficients[:, i], u - self.knots[i], order)
+
+    def _cubic(self, coefficients: Array, w: Array, order: int) -> Array:
+        (a, b, c, d), w = coefficients, w[..., None]
         if order == 0:
             return np.asarray(((a * w + b) * w + c) * w + d)
         return np.asarray((3.0 * a * w + 2.0 * b) * w + c)
@@ -106,8 +109,13 @@ class Spline:
     def _between(self, low: Array, high: Array) -> Array:
         """Arc lengths from low to high (N,), each pair within one piece."""
         half = (high - low) / 2.0
-        u = low[:, None] + half[:, None] * (1.0 + NODES)
-        return np.asarray(half * (np.linalg.norm(self._at(u, 1), axis=-1) @ WEIGHTS))
+        i = self._piece(low + half)
+        w = (low - self.knots[i])[:, None] + half[:, None] * (1.0 + NODES)
+        velocity = self._cubic(self.coefficients[:, i, None], w, 1)
+        return np.asarray(half * (np.sqrt((velocity**2).sum(axis=-1)) @ WEIGHTS))
+
+    def _piece(self, u: Array) -> NDArray[np.intp]:
+        return np.clip(np.searchsorted(self.knots, u, side="right") - 1, 0, len(self.knots) - 2)
 
     def _part(self, u: Array) -> NDArray[np.intp]:
         return np.clip(np.searchsorted(self.cuts, u, side="right") - 1, 0, len(self.cuts) - 2)
@@ -115,21 +123,27 @@ class Spline:
     def _parameter(self, s: Array) -> Array:
         """The u at arc length s, by Newton's method between brackets that close in."""
         part = np.clip(np.searchsorted(self.lengths, s, side="right") - 1, 0, len(self.lengths) - 2)
-        start, low, high = self.cuts[part], self.cuts[part], self.cuts[part + 1]
+        start, high = self.cuts[part], self.cuts[part + 1]
+        low = start.copy()
         begun = self.lengths[part]
         share = (s - begun) / np.maximum(self.lengths[part + 1] - begun, 1e-300)
         u = low + np.clip(share, 0.0, 1.0) * (high - low)
+        left = np.arange(len(s))  # those not there yet
         for _ in range(60):
-            off = begun + self._between(start, u) - s
-            if (np.abs(off) <= 1e-14 * self.length).all():
+            off = begun[left] + self._between(start[left], u[left]) - s[left]
+            far = np.abs(off) > 1e-14 * self.length
+            left, off = left[far], off[far]
+            if not len(left):
                 break
-            low, high = np.where(off < 0.0, u, low), np.where(off > 0.0, u, high)
-            speed = np.linalg.norm(self._at(u, 1), axis=-1)
-            better = u - off / np.maximum(speed, 1e-300)
+            at = u[left]
+            low[left] = np.where(off < 0.0, at, low[left])
+            high[left] = np.where(off > 0.0, at, high[left])
+            speed = np.linalg.norm(self._at(at, 1), axis=-1)
+            better = at - off / np.maximum(speed, 1e-300)
             # where Newton leaves the bracket, halve it
-            inside = (better >= low) & (better <= high)
-            u = np.where(inside, better, (low + high) / 2.0)
-        return u
+            inside = (better >= low[left]) & (better <= high[left])
+            u[left] = np.where(inside, better, (low[left] + high[left]) / 2.0)
+        return np.asarray(u)
 
 
 def spline(points: Array, closed: bool = False) -> Spline:
