@@ -1,1 +1,35 @@
-"""Paths: what follows them, and what they do to an arm."""
+"""Paths: curves of poses, and what an arm can do along them.
+
+>>> from kinverse.paths import Path
+>>> Path.circle([0.6, 0.0, 0.5], 0.2, orientation="radial").sample(count=100).T.shape
+(100, 4, 4)
+"""
+
+from kinverse.paths.feasible import Feasibility, Interval, feasible
+from kinverse.paths.links import Link, default_links
+from kinverse.paths.named import named_path, named_samples, path_names
+from kinverse.paths.orientation import Constant, Radial, Tangent
+from kinverse.paths.path import Path, Samples
+from kinverse.paths.planar_conditions import Condition, condition_5, condition_6
+from kinverse.paths.simulate import Simulation, simulate
+
+__all__ = [
+    "Condition",
+    "Constant",
+    "Feasibility",
+    "Interval",
+    "Link",
+    "Path",
+    "Radial",
+    "Samples",
+    "Simulation",
+    "Tangent",
+    "condition_5",
+    "condition_6",
+    "default_links",
+    "feasible",
+    "named_path",
+    "named_samples",
+    "path_names",
+    "simulate",
+]
