@@ -213,7 +213,7 @@ def test_ctrl_c_before_anything_is_learned_writes_nothing(capsys, here, monkeypa
         (["--network", "mlp", "--set", "hidden=none"], "hidden must name at least one layer"),
         (["--network", "mlp", "--set", "trainer=sgd"], "varpro"),
         (["--network", "mlp", "--set", "goal=nan"], "goal must be a finite number"),
-        (["--set", "hidden=3"], "--set needs --network"),
+        (["--set", "hidden=foo"], "at least one layer, (h_1, ...) or h, got 'foo'"),
         (
             ["--virtual", "elbow"],
             "unknown virtual vector 'elbow': it may be angle_sum, cos, cos_sin",

@@ -35,7 +35,8 @@ def solve(
         T: (4, 4) or (N, 4, 4) poses of the tool in the base frame [m]; also an object with
             ``as_matrix()`` or ``.A``.
         solver: a name ("auto", "analytic", "numerical": fitted once for a robot and kept) or a
-            solver object (cloned and fitted at each call: fit it yourself for many calls).
+            solver object: cloned and fitted at each call (fit it yourself for many calls), but
+            one that is trained for this robot answers as it is.
         task: "pose" (also if None), "position", "position_axis", "planar" or "schoenflies"; a
             solver object brings its own.
         q_seed: (n,) or (N, n) joint values [rad or m] to be near to.
@@ -45,7 +46,8 @@ def solve(
         ``Solutions``, of length 1 or N.
 
     Raises:
-        InputError: an argument that cannot be used, or a task beside a solver object.
+        InputError: an argument that cannot be used, a task beside a solver object, or a solver
+            that is trained for another robot.
         NoClosedForm: "analytic" knows no family for this robot.
         TypeError: complex, object or text arrays.
 
@@ -67,7 +69,7 @@ def solve(
         raise InputError(f"solver must be a name or a solver object, got {solver!r}{hint}")
     if task is not None:
         raise InputError("task belongs to the solver object: set it there, not in solve")
-    return solver.clone().fit(robot).solve(T, q_seed, rng)
+    return solver._ready(robot).solve(T, q_seed, rng)
 
 
 def _fit(robot: Robot, solver: str, task: str) -> Solver:

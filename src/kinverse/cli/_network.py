@@ -6,7 +6,7 @@ from typing import Any
 from kinverse.errors import InputError
 from kinverse.networks import make_network
 
-__all__ = ["network", "value"]
+__all__ = ["changed", "network", "value"]
 
 NOT_HERE = {"callback", "random_state", "warm_start"}
 """Settings of a session in Python; the seed is an option of its own."""
@@ -25,7 +25,15 @@ def network(name: str, settings: Sequence[str]) -> Any:
             named.
         MissingExtra: scikit-learn is not installed.
     """
-    made = make_network(name)
+    return make_network(name, **_settings(make_network(name), settings))
+
+
+def changed(made: Any, settings: Sequence[str]) -> Any:
+    """A network that is not fitted with settings changed; raises as ``network`` does."""
+    return made.set_params(**_settings(made, settings))
+
+
+def _settings(made: Any, settings: Sequence[str]) -> dict[str, Any]:
     title, valid = type(made).__name__, [key for key in made.get_params(deep=False)]
     valid = [key for key in valid if key not in NOT_HERE]
     given: dict[str, Any] = {}
@@ -33,14 +41,24 @@ def network(name: str, settings: Sequence[str]) -> Any:
         key, sign, text = (part.strip() for part in setting.partition("="))
         if not sign or not key or not text:
             raise InputError(
-                f"--set needs name=value, such as --set {valid[0]}=20; got {setting!r}"
+                f"--set needs name=value, such as --set {_example(made, valid)}; got {setting!r}"
             )
         if key not in valid:
             raise InputError(f"{title} has no setting {key!r}: its settings are {', '.join(valid)}")
         if key in given:
             raise InputError(f"--set {key} is given twice")
         given[key] = value(text)
-    return make_network(name, **given)
+    return given
+
+
+def _example(made: Any, valid: Sequence[str]) -> str:
+    """The first setting that has a value, with it."""
+    for key in valid:
+        given = getattr(made, key)
+        if given is not None:
+            values = given if isinstance(given, (tuple, list)) else [given]
+            return f"{key}={','.join(map(str, values))}"
+    return f"{valid[0]}=none"
 
 
 def value(text: str) -> Any:

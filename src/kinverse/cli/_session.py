@@ -2,6 +2,7 @@
 
 import signal
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,10 @@ from rich.progress import Progress
 from kinverse.cli._show import note, notes
 
 __all__ = ["Session"]
+
+
+QUIET = 10.0
+"""Where no bar can be shown, a line tells how far it is after so many seconds."""
 
 
 class Session:
@@ -33,11 +38,15 @@ class Session:
         screen = notes()
         self._bar = Progress(console=screen, transient=True, disable=not screen.is_terminal)
         self._job = self._bar.add_task("", total=1.0)
+        self._told = time.monotonic()
 
     def __call__(self, text: str, share: float) -> bool:
         """Show how far it is; True asks the training to end."""
         self._training = share < 1.0 and text != "examples"
         self._bar.update(self._job, completed=share, description=escape(text))
+        if self._bar.disable and time.monotonic() - self._told > QUIET:
+            note(f"{share:4.0%} {text}")
+            self._told = time.monotonic()
         return self.interrupted
 
     @contextmanager

@@ -75,7 +75,22 @@ def summary(solver: "Trained", tested: Tested) -> dict[str, Any]:
     rows, answers = tested.rows, tested.answers
     solved = 100.0 * float(answers.ok.mean())
     every = _start(solver, rows, np.ones(len(rows.q), np.bool_))
-    return {"poses": len(answers), "solved_percent": solved, **every}
+    return {
+        "poses": len(answers),
+        "solved_percent": solved,
+        "by_networks_percent": 100.0 * float(_by_networks(solver, answers).mean()),
+        **every,
+    }
+
+
+def _by_networks(solver: "Trained", answers: "Solutions") -> NDArray[np.bool_]:
+    """Which poses the predictions alone led to their solutions: on every branch, where several."""
+    from kinverse.solvers.fusion import Fusion
+
+    starts = answers.stats.starts
+    if isinstance(solver, Fusion):
+        return np.asarray(answers.ok & (starts == 0))
+    return np.asarray(answers.ok & (starts <= len(solver.experts_)))
 
 
 def as_json(solver: "Trained", tested: Tested, out: Path, interrupted: bool) -> str:
@@ -121,7 +136,12 @@ def show(solver: "Trained", tested: Tested, out: Path, interrupted: bool) -> Non
     if total["start_deg"] is not None:
         off += f" and {_short(total['start_deg'])} deg"
     tell(f"predictions for fresh poses are off by {off} in the median")
-    tell(f"solved {total['solved_percent']:.2f} % of {total['poses']} fresh poses")
+    tell(
+        f"solved {total['solved_percent']:.2f} % of {total['poses']} fresh poses,"
+        f" {total['by_networks_percent']:.2f} % from predictions alone"
+    )
+    if getattr(solver, "refine", "") is None:
+        tell("without refine only predictions inside the tolerances are solved: see how far off")
     tell(f"written: {out}", markup=False)
 
 

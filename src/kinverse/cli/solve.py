@@ -78,6 +78,8 @@ def solve(
         check_plot(plot)
     arm = kv.load(robot, base=base, tip=tip)
     made = _solver.fitted(solver, arm, task)
+    if task is None and made.settings_.task != "pose":
+        note(f"{solver} was trained for --task {made.settings_.task}: the rest of a pose is free")
     task = made.settings_.task
     given = _read(pose, matrix, poses, degrees, skip=on_error is OnError.SKIP, task=task)
     note_turns([given.largest], degrees)

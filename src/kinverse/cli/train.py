@@ -26,7 +26,8 @@ def train(
     robot: RobotName,
     out: Annotated[Path, typer.Option(help="Write the trained solver to this .npz file.")],
     network: Annotated[
-        str | None, typer.Option(help="mlp, rbfnetwork, anfis ...; the solver's own if left out.")
+        str | None,
+        typer.Option(help="mlp, rbfnetwork, anfis ..., as it is by itself; else the solver's own."),
     ] = None,
     set_: Annotated[
         list[str] | None,
@@ -40,7 +41,8 @@ def train(
         int | None, typer.Option(help="fusion: poses, all pairs are learned; 70.")
     ] = None,
     features: Annotated[
-        str | None, typer.Option(help="Of a pose: xyz+matrix, xyz+quat, xyz+rpy or xyz.")
+        str | None,
+        typer.Option(help="Of a pose: xyz+matrix, xyz+quat, xyz+rpy, xyz+yaw, xyz, xy+yaw or xy."),
     ] = None,
     virtual: Annotated[
         str | None,
@@ -67,15 +69,13 @@ def train(
 ) -> int:
     """Train networks for a robot, test them on poses they have not seen, and write them."""
     import kinverse as kv
-    from kinverse.cli import _network, _training
+    from kinverse.cli import _training
     from kinverse.cli._session import Session
     from kinverse.cli._show import note
 
     _check_out(out)
     if plot is not None:
         check_plot(plot)
-    if set_ and network is None:
-        raise InputError("--set needs --network, whose settings they are")
     fusion = solver is Kind.FUSION
     for option, value, mine in (
         ("--samples", samples, not fusion),
@@ -89,8 +89,9 @@ def train(
             raise InputError(f"{option} belongs to --solver {other}")
     arm = kv.load(robot, base=base, tip=tip)
     session = Session()
+    made = kv.Fusion() if fusion else kv.Learned()
     settings: dict[str, Any] = {
-        "network": None if network is None else _network.network(network, set_ or []),
+        "network": _chosen(made, network, set_ or []),
         "features": features,
         "n_samples": samples,
         "n_poses": poses,
@@ -105,9 +106,9 @@ def train(
         from kinverse import plots
 
         plots.new_figure((1.0, 1.0))  # a missing package is told before the work
-    made = (kv.Fusion if fusion else kv.Learned)(
-        **settings, task=task, random_state=rng, progress=session
-    )
+    if fusion and region is None:
+        note("no --region: over all of the limits the loop seldom arrives and Numerical takes over")
+    made.set_params(**settings, task=task, random_state=rng, progress=session)
     with session.watching():
         made.fit(arm)
     made.save(out)
@@ -121,6 +122,15 @@ def train(
     else:
         _training.show(made, tested, out, session.interrupted)
     return 1 if session.interrupted else 0
+
+
+def _chosen(made: Any, name: str | None, settings: list[str]) -> Any:
+    """The network to train: a name's, or the solver's own with settings changed; None as it is."""
+    from kinverse.cli import _network
+
+    if name is not None:
+        return _network.network(name, settings)
+    return _network.changed(made._default_network(), settings) if settings else None
 
 
 def _check_out(path: Path) -> None:

@@ -16,7 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils import check_random_state
 from sklearn.utils.validation import check_is_fitted, validate_data
+from threadpoolctl import threadpool_limits
 
+from kinverse import kernels
 from kinverse.errors import InputError
 from kinverse.networks.monitor import Monitor, Progress
 from kinverse.networks.scaling import Scaling, check_scaling
@@ -66,7 +68,7 @@ class NetworkRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
     # What a user calls ------------------------------------------------------------------------
 
     def fit(self, X: ArrayLike, y: ArrayLike) -> Self:
-        """Learn from rows.
+        """Learn from rows, with as many BLAS threads as ``kinverse.set_threads`` allows: one.
 
         Args:
             X: (N, n) inputs.
@@ -93,7 +95,10 @@ class NetworkRegressor(MultiOutputMixin, RegressorMixin, BaseEstimator):
         Y = np.asarray(targets, dtype=np.float64).reshape(len(targets), -1)
         self.n_outputs_ = Y.shape[1]
         self._warn_if_few(len(Y))
-        self._learn(rows, Y, _generator(self.random_state), kept)
+        # steps are small: more BLAS threads than kinverse's own wait for each other, and the
+        # order of their sums changes the bits
+        with threadpool_limits(kernels.threads(), user_api="blas"):
+            self._learn(rows, Y, _generator(self.random_state), kept)
         return self
 
     def predict(self, X: ArrayLike) -> Array:
@@ -318,7 +323,8 @@ def check_whole(name: str, value: Any, least: int) -> None:
 def check_one_layer(hidden: Any) -> int:
     """The units of the one hidden layer that ``hidden``, (h,) or h, must name (InputError)."""
     whole = isinstance(hidden, (int, np.integer))
-    units = [hidden] if whole else list(hidden) if np.iterable(hidden) else []
+    several = np.iterable(hidden) and not isinstance(hidden, str)
+    units = [hidden] if whole else list(hidden) if several else []
     if len(units) != 1:
         raise InputError(f"hidden must name one layer, (h,) or h, got {hidden!r}")
     check_whole("hidden units", units[0], 1)

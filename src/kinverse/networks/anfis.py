@@ -1,5 +1,6 @@
 """Adaptive network-based fuzzy inference system."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -17,6 +18,10 @@ from kinverse.networks.monitor import Monitor, Progress
 __all__ = ["ANFIS"]
 
 Array = NDArray[np.float64]
+
+
+MANY_RULES = 1100
+"""Above ten inputs of two sets, or three of ten, an epoch takes seconds and more."""
 
 
 class ANFIS(IterativeNetwork):
@@ -190,6 +195,13 @@ class ANFIS(IterativeNetwork):
         self, X: Array, Y: Array, start: Array | None, rng: np.random.Generator, monitor: Monitor
     ) -> None:
         rules = Rules.of(self.n_mfs, X.shape[1], self.mf, self.order)
+        if rules.n_rules > MANY_RULES:
+            warnings.warn(
+                f"ANFIS: {rules.n_rules} rules for each output, the product of the fuzzy sets of"
+                f" {X.shape[1]} inputs, are slow to train: three or four inputs suit it",
+                UserWarning,
+                stacklevel=5,
+            )
         first, least = rules.first(X)
         premises = [first] * Y.shape[1]
         if start is not None and self._rules() == rules:

@@ -160,7 +160,8 @@ class MLP(IterativeNetwork):
 
 def _hidden(hidden: Any) -> tuple[int, ...]:
     whole = isinstance(hidden, (int, np.integer))
-    units = (hidden,) if whole else tuple(hidden) if np.iterable(hidden) else ()
+    several = np.iterable(hidden) and not isinstance(hidden, str)
+    units = (hidden,) if whole else tuple(hidden) if several else ()
     if not units:
         raise InputError(f"hidden must name at least one layer, (h_1, ...) or h, got {hidden!r}")
     for count in units:

@@ -60,6 +60,8 @@ class Solver(HasSettings):
     branch_labels_: tuple[str, ...] = ()
 
     _fused: Fused | None = None
+    _trains: ClassVar[bool] = False
+    """Whether ``fit`` takes seconds or more."""
     _origin: Origin
     _common: ClassVar = ("task", "tol_position", "tol_rotation", "windings", "limits")
 
@@ -206,6 +208,23 @@ class Solver(HasSettings):
     def _solutions(self, table: TableLike) -> Solutions:
         """A verified native table as the answer of a method beside ``solve``."""
         return Solutions(table, self._origin)
+
+    def _ready(self, robot: Robot) -> Self:
+        """A new solver with these settings, fitted; where training takes long, this one.
+
+        One that was trained for another robot is refused: a second training must be asked for.
+        """
+        if not (self._trains and self.is_fitted and isinstance(robot, Robot)):
+            # no clone: it would drop what solvers among the settings have learned
+            return type(self)(**self.get_params()).fit(robot)
+        if self.robot_ != robot:
+            name, mine = type(self).__name__, self.robot_.name
+            other = f"{robot.name!r}" if robot.name != mine else f"another {robot.name!r}"
+            raise InputError(
+                f"this {name} is trained for {mine!r}, not for {other}:"
+                " solver.clone().fit(robot) trains one for it"
+            )
+        return self
 
     def _bound_to(self, robot: Robot) -> Self:
         """Bind a robot to learned state that was read from a file."""

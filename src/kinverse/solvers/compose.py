@@ -1,6 +1,7 @@
 """Solvers made of solvers: ``FirstOf`` asks in turn, ``Seeded`` refines."""
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,8 @@ class FirstOf(Solver):
         solvers: at least one solver, asked in this order.
 
     Attributes:
-        solvers_: the fitted clones that took part.
+        solvers_: the fitted clones that took part; of children that were trained for this robot,
+            copies.
 
     Raises:
         InputError: (fit) nothing to ask, something that is no solver, or different tasks.
@@ -52,7 +54,7 @@ class FirstOf(Solver):
         self.solvers_, reasons = [], []
         for solver in self.solvers:
             try:
-                self.solvers_.append(solver.clone().fit(robot))
+                self.solvers_.append(_own(solver, robot))
             except NoClosedForm as reason:
                 reasons.append(reason)
         if not self.solvers_:
@@ -163,7 +165,7 @@ class Seeded(Solver):
         return self.refine._check_settings()
 
     def _fit(self, robot: Robot) -> None:
-        self.solvers_ = (self.first.clone().fit(robot), self.refine.clone().fit(robot))
+        self.solvers_ = (_own(self.first, robot), _own(self.refine, robot))
         setting = self.solvers_[1]._counted_from_seed()
         if setting:
             raise InputError(
@@ -190,6 +192,12 @@ class Seeded(Solver):
             rough.singular,
             evidence=rough.evidence,
         )
+
+
+def _own(solver: Solver, robot: Robot) -> Solver:
+    """A fitted child that nobody else holds: refitting the one given must not change the whole."""
+    ready = solver._ready(robot)
+    return copy(ready) if ready is solver else ready
 
 
 def _shared_settings(name: str, solvers: Sequence[Solver]) -> Settings:

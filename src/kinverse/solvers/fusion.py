@@ -32,6 +32,9 @@ Ints = NDArray[np.int64]
 NEURONS, SPREAD = 68, 3.0
 """Document 000's neurons; its spread of 0.75 belongs to inputs that are not scaled."""
 
+CANDIDATES = 1000
+"""Pairs that may become centres: all of them take five times as long and arrive no more often."""
+
 MOST_POSES = 2000
 """Pairs grow with the square: four million patterns."""
 
@@ -60,9 +63,10 @@ class Fusion(Trained):
 
     Args:
         network: a regressor of several outputs; None: ``RBFNetwork`` of 68 neurons, spread 3
-            in scaled inputs.
-        features: what it is told of a pose: "xyz+rpy" (the document's) or another kind of
-            ``PoseFeatures``; differences of angles are wrapped.
+            in scaled inputs, centres among 1000 pairs.
+        features: what it is told of a pose: "xyz+quat" or another kind of ``PoseFeatures``. With
+            the document's own, "xyz+rpy", the loop is lost near a pitch of a quarter turn, where
+            roll and yaw are no smooth functions of the joints.
         n_poses: training poses.
         region: (q_centre (n,), half_width (n,) or a number) [rad or m] to draw them in; None: all
             of the limits.
@@ -97,7 +101,7 @@ class Fusion(Trained):
         self,
         network: Any = None,
         *,
-        features: "str | PoseFeatures" = "xyz+rpy",
+        features: "str | PoseFeatures" = "xyz+quat",
         n_poses: int = 70,
         region: tuple[ArrayLike, ArrayLike] | None = None,
         keep: Any = None,
@@ -147,7 +151,7 @@ class Fusion(Trained):
     def _default_network(self) -> Any:
         from kinverse.networks import RBFNetwork
 
-        return RBFNetwork(NEURONS, spread=SPREAD)
+        return RBFNetwork(NEURONS, spread=SPREAD, n_candidates=CANDIDATES)
 
     def _remember(self) -> None:
         super()._remember()

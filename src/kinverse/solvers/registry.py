@@ -16,6 +16,10 @@ AUTO_CLOSED_FORM_DOF = 6
 Factory = Callable[[Robot, str], Solver]
 
 
+TRAINED = ("learned", "fusion")
+"""Solvers that have no name here, because ``fit`` takes seconds or more."""
+
+
 def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
     """A new, unfitted solver.
 
@@ -36,6 +40,12 @@ def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
     if factory is None:
         from difflib import get_close_matches
 
+        if name in TRAINED:
+            made = str(name).capitalize()
+            raise InputError(
+                f"solver {name!r} is trained first: kinverse.{made}().fit(robot), or `kinverse train"
+                f" ROBOT --solver {name} --out FILE.npz`; then give that object or FILE.npz"
+            )
         names = solver_names()
         near = get_close_matches(str(name), names, n=1)
         hint = f" did you mean {near[0]!r}?" if near else ""

@@ -55,6 +55,10 @@ def save(solver: Any, path: "str | os.PathLike[str]") -> None:
 
 def load(cls: Any, path: "str | os.PathLike[str]", robot: Robot) -> Any:
     """The solver that ``save`` wrote, bound to its robot; nothing is half loaded."""
+    if not isinstance(robot, Robot):
+        raise InputError(
+            f"robot must be a kinverse.Robot (see kinverse.load), got {type(robot).__name__}"
+        )
     header, arrays = storage.read(path, KIND)
     where = str(path)
     _check_names(cls.__name__, header, robot, where)

@@ -47,6 +47,7 @@ class Trained(Solver):
     experts_: list[Any]
     trained_with_: dict[str, Any]
     branches_: NDArray[np.int64]
+    _trains: ClassVar[bool] = True
     _expert: ClassVar[Any] = Expert
     _share: float = 0.0
     _ended: bool = False
@@ -116,7 +117,8 @@ class Trained(Solver):
             raise InputError(f"this {name} is not fitted: call {name}(...).fit(robot) first")
 
     def _predicted(self, T: Array) -> Array:
-        raise NotImplementedError
+        """What the networks say of poses T (N, 4, 4): (N, B, n)."""
+        raise NotImplementedError(f"{type(self).__name__} has no _predicted")
 
     def held_out(self, n_samples: int = 500) -> HeldOut:
         """What the networks predict for examples that they have not seen.
@@ -147,7 +149,7 @@ class Trained(Solver):
 
     def _fresh(self, n_samples: int, rng: np.random.Generator) -> list[Examples]:
         """Examples for each network, made as the training examples were."""
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no _fresh")
 
     # Files ------------------------------------------------------------------------------------
 
