@@ -139,6 +139,7 @@ def show(solver: "Trained", tested: Tested, out: Path, interrupted: bool) -> Non
     tell(
         f"solved {total['solved_percent']:.2f} % of {total['poses']} fresh poses,"
         f" {total['by_networks_percent']:.2f} % from predictions alone"
+        + (" on every branch" if len(made) > 1 else "")
     )
     if getattr(solver, "refine", "") is None:
         tell("without refine only predictions inside the tolerances are solved: see how far off")

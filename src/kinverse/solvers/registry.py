@@ -43,8 +43,8 @@ def make_solver(name: str, robot: Robot, task: str = "pose") -> Solver:
         if name in TRAINED:
             made = str(name).capitalize()
             raise InputError(
-                f"solver {name!r} is trained first: kinverse.{made}().fit(robot), or `kinverse train"
-                f" ROBOT --solver {name} --out FILE.npz`; then give that object or FILE.npz"
+                f"solver {name!r} is trained first: kinverse.{made}().fit(robot), or `kinverse"
+                f" train ROBOT --solver {name} --out FILE.npz`; then give that object or FILE.npz"
             )
         names = solver_names()
         near = get_close_matches(str(name), names, n=1)
