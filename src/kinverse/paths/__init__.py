@@ -6,21 +6,26 @@
 """
 
 from kinverse.paths.feasible import Feasibility, Interval, feasible
+from kinverse.paths.joint_path import Gap, JointPath, Reason
 from kinverse.paths.links import Link, default_links
 from kinverse.paths.named import named_path, named_samples, path_names
 from kinverse.paths.orientation import Constant, Radial, Tangent
 from kinverse.paths.path import Path, Samples
 from kinverse.paths.planar_conditions import Condition, condition_5, condition_6
 from kinverse.paths.simulate import Simulation, simulate
+from kinverse.paths.track import track
 
 __all__ = [
     "Condition",
     "Constant",
     "Feasibility",
+    "Gap",
     "Interval",
+    "JointPath",
     "Link",
     "Path",
     "Radial",
+    "Reason",
     "Samples",
     "Simulation",
     "Tangent",
@@ -32,4 +37,5 @@ __all__ = [
     "named_samples",
     "path_names",
     "simulate",
+    "track",
 ]
