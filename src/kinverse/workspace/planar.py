@@ -41,7 +41,7 @@ class PlanarWorkspace:
 
     Example:
         >>> space = PlanarWorkspace(kv.load("planar3r_003"))
-        >>> space.reaches([[22.0, 0.0], [-15.0, 0.0]])
+        >>> space.reaches([[20.0, 0.0], [-15.0, 0.0]])
         array([ True, False])
     """
 
@@ -189,7 +189,7 @@ class PlanarWorkspace:
 
         Example:
             >>> PlanarWorkspace(free_arm).service([[10.0, 0.0], [21.0, 0.0]])
-            array([1.        , 0.25...])
+            array([1.        , 0.18055556])
         """
         places = self._places(points) + self._arm.first
         whole = not isinstance(orientations, bool) and isinstance(orientations, int | np.integer)
