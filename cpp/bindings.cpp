@@ -16,6 +16,7 @@
 #include "least_squares_setup.hpp"
 #include "owned_chain.hpp"
 #include "redundant.hpp"
+#include "shortest_path.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -421,6 +422,91 @@ nb::object estimate(const LeastSquares& solver, nb::handle T, nb::handle q_seed,
                         moved<std::uint8_t>(std::move(found->stop), {poses}));
 }
 
+// ---- paths ---------------------------------------------------------------------------------------
+
+constexpr double MOST_VALUE = 1e9;  // joint values and limits beyond this leave no digits to count turns
+
+// The rows of layers, and limits and kinds of their joints.
+void check_rows(In<double, 2> q, In<double, 1> lower, In<double, 1> upper, In<bool, 1> turns) {
+  const size_t dof = q.shape(1);
+  require(dof >= 1 && dof <= MAX_JOINTS, "q must have 1 to 32 columns");
+  require(lower.shape(0) == dof && upper.shape(0) == dof && turns.shape(0) == dof,
+          "lower, upper and turns must have one entry per column of q");
+  auto usable = [](const double* from, size_t count) {
+    return std::all_of(from, from + count, [](double x) { return std::fabs(x) <= MOST_VALUE; });
+  };
+  require(usable(q.data(), q.size()) && usable(lower.data(), dof) && usable(upper.data(), dof),
+          "joint values and limits must be finite and within +-1e9");
+}
+
+const std::uint8_t* bytes(const In<bool, 1>& flags) { return reinterpret_cast<const std::uint8_t*>(flags.data()); }
+
+nb::object winding_counts_of(In<double, 2> q, In<double, 1> lower, In<double, 1> upper, In<bool, 1> turns) {
+  check_rows(q, lower, upper, turns);
+  return moved<std::int64_t>(winding_counts(q.data(), static_cast<long>(q.shape(0)), static_cast<int>(q.shape(1)),
+                                            bytes(turns), lower.data(), upper.data()),
+                             {q.shape(0)}).cast();
+}
+
+nb::object windings_of(In<double, 2> q, In<double, 1> lower, In<double, 1> upper, In<bool, 1> turns, size_t most) {
+  check_rows(q, lower, upper, turns);
+  const long rows = static_cast<long>(q.shape(0));
+  const int dof = static_cast<int>(q.shape(1));
+  size_t total = 0;
+  for (std::int64_t count : winding_counts(q.data(), rows, dof, bytes(turns), lower.data(), upper.data())) {
+    total += static_cast<size_t>(count);
+    require(total <= most, "too many windings");
+  }
+  auto all = owned_array<double>({total, q.shape(1)});
+  write_windings(q.data(), rows, dof, bytes(turns), lower.data(), upper.data(), all.data());
+  return all.cast();
+}
+
+nb::object shortest_path_of(In<double, 2> q, In<std::int64_t, 1> start, In<bool, 1> fixed,
+                            In<std::int32_t, 1> side, In<double, 1> lower, In<double, 1> upper, In<bool, 1> turns, In<double, 1> max_step,
+                            In<double, 1> weight, bool squares, std::optional<In<double, 1>> before,
+                            In<std::int64_t, 1> open_from, In<std::int64_t, 1> open_to) {
+  check_rows(q, lower, upper, turns);
+  const size_t rows = q.shape(0), dof = q.shape(1);
+  require(start.shape(0) >= 2 && start(0) == 0, "start must begin with 0 and have an entry more than samples");
+  const size_t samples = start.shape(0) - 1;
+  for (size_t i = 0; i < samples; ++i) require(start(i) <= start(i + 1), "start must not decrease");
+  require(start(samples) == static_cast<std::int64_t>(rows), "start must end with the number of rows of q");
+  require(side.shape(0) == rows && fixed.shape(0) == rows, "one side and one flag per row");
+  require(max_step.shape(0) == dof && weight.shape(0) == dof, "one limit and one weight per joint");
+  for (size_t j = 0; j < dof; ++j) {
+    require(max_step(j) >= 0.0 && weight(j) >= 0.0 && weight(j) <= MOST_VALUE, "max_step and weight must not be negative");
+    // with half a turn or more, which way round a joint went would be open
+    require(!turns(j) || max_step(j) < 3.1415926, "max_step of a turning joint must be less than pi");
+  }
+  require(!before || before->shape(0) == dof, "before must have one entry per joint");
+  for (size_t j = 0; before && j < dof; ++j) require(std::fabs((*before)(j)) <= MOST_VALUE, "before must be finite");
+  const size_t open = open_to.shape(0);
+  require(open_from.shape(0) == open, "open_from and open_to must be of one length");
+  for (size_t k = 1; k < open; ++k)
+    require(open_to(k - 1) < open_to(k) || (open_to(k - 1) == open_to(k) && open_from(k - 1) <= open_from(k)),
+            "open pairs must ascend by to, then by from");
+  PathChoice found;
+  {
+    nb::gil_scoped_release unlocked;
+    found = shortest_path({{static_cast<int>(dof), squares, max_step.data(), weight.data(), bytes(turns)},
+                           static_cast<long>(samples), start.data(), q.data(), bytes(fixed), side.data(), lower.data(),
+                           upper.data(), before ? before->data() : nullptr, static_cast<long>(open), open_from.data(), open_to.data()});
+  }
+  const size_t barriers = found.barrier.size(), reached = found.reached_row.size();
+  nb::dict told;
+  told["cost"] = found.cost;
+  told["q"] = moved<double>(std::move(found.q), {samples, dof});
+  told["row"] = moved<std::int64_t>(std::move(found.row), {samples});
+  told["linked"] = moved<bool>(std::move(found.linked), {samples});
+  told["level"] = moved<std::int32_t>(std::move(found.level), {samples});
+  told["barrier"] = moved<std::int64_t>(std::move(found.barrier), {barriers});
+  told["reached_start"] = moved<std::int64_t>(std::move(found.reached_start), {barriers + 1});
+  told["reached_row"] = moved<std::int64_t>(std::move(found.reached_row), {reached});
+  told["reached_q"] = moved<double>(std::move(found.reached_q), {reached, dof});
+  return told;
+}
+
 // __init__ by a function that makes the object.
 template <class Made, class... Arguments>
 auto init(Made (*make)(Arguments...)) {
@@ -445,6 +531,11 @@ NB_MODULE(_core, m) {
   m.def("instruction_set", [] { return std::string(active_kernels().name); });
   m.def("lanes", [] { return active_kernels().lanes; });
   m.def("set_instruction_set", &set_active_kernels, "name"_a);
+
+  m.def("winding_counts", &winding_counts_of, "q"_a, "lower"_a, "upper"_a, "turns"_a);
+  m.def("windings", &windings_of, "q"_a, "lower"_a, "upper"_a, "turns"_a, "most"_a);
+  m.def("shortest_path", &shortest_path_of, "q"_a, "start"_a, "fixed"_a, "side"_a, "lower"_a, "upper"_a, "turns"_a,
+        "max_step"_a, "weight"_a, "squares"_a, "before"_a.none(), "open_from"_a, "open_to"_a);
 
   nb::class_<OwnedChain>(m, "Chain")
       .def("__init__", init(&make_chain),

@@ -3,6 +3,7 @@
 
 #include "closed_form_kernel.hpp"
 #include "general_6r_kernel.hpp"
+#include "joint_steps.hpp"
 #include "pose_cost.hpp"
 
 namespace kinverse::KINVERSE_ISA {
@@ -140,6 +141,7 @@ const Kernels KERNELS = {
     KINVERSE_TEXT(KINVERSE_ISA), LANES, forward_batch<LANES>, forward_batch<1>, jacobian_batch<LANES>,
     inspect_poses, measure, pose_costs, closed_form_poses, closed_form_pose, closed_form_unreachable,
     general_6r_pose, general_6r_polish, redundant_lanes, redundant_unreachable, least_squares_lanes,
+    joint_steps<LANES>,
 };
 
 }  // namespace kinverse::KINVERSE_ISA

@@ -61,6 +61,16 @@ struct CostSpec {
   Orientation orientation;
 };
 
+// What a step between joint values costs, and how long it may be: limit, weight and turns have `dof`
+// entries. `squares`: the root of the sum of squares of the weighted joint steps; else the largest.
+struct StepSpec {
+  int dof;
+  bool squares;
+  const double* limit;
+  const double* weight;
+  const std::uint8_t* turns;  // a whole turn changes nothing
+};
+
 struct Kernels {
   const char* name;
   int lanes;
@@ -101,6 +111,9 @@ struct Kernels {
   // `count` poses by nonlinear least squares (least_squares.hpp)
   void (*least_squares)(const LeastSquaresProblem& problem, const LeastSquaresInput& in, long count,
                         const LeastSquaresOutput& out);
+  // from (dof, stride), of which `count` columns are read; to (tos, dof) -> step (tos, stride)
+  void (*joint_steps)(const StepSpec& spec, const double* from, long count, long stride, const double* to, long tos,
+                      double* step);
 };
 
 namespace baseline {

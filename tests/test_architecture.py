@@ -76,6 +76,7 @@ BESIDE = {
     ("robot_class", "singularities"),
     ("robot_class", "singular_search"),
     ("singular_search", "singularities"),
+    ("workspace", "plots"),  # its pictures
     ("bench", "studies"),  # it measures them
 }
 SOLVER_RANKS = {

@@ -220,6 +220,7 @@ SECTIONS = [
     "simulation",
     "learned",
     "learned_starts",
+    "tracking",
     "calibration",
 ]
 KNOWN = ("rank_deficient", "learned")

@@ -306,7 +306,10 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr16", *POSE, "--out", "no/such/x.csv"], "no folder"),
         (["solve", "kr16", "--poses", "nosuch.csv"], "error: no such file: nosuch.csv"),
         (["solve", "kr16", "--poses", "x.csv", "--on-error", "x"], "on-error': 'x' is not one of"),
-        (["fk", "kr16", "--q", "a", "b"], "(a b); --pose, --q, --q-seed, --region take numbers"),
+        (
+            ["fk", "kr16", "--q", "a", "b"],
+            "(a b); --pose, --q, --q-seed, --q-start, --region take numbers",
+        ),
         (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),
         (["solve", "kr16", *POSE, "--tip", "a"], "--base and --tip choose"),
         (["solve", "kr16", "--matrix", "nosuch.npy"], "nosuch.npy"),

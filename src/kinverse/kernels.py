@@ -15,8 +15,11 @@ from kinverse._core import (
     instruction_sets,
     set_instruction_set,
     set_threads,
+    shortest_path,
     threads,
     verify,
+    winding_counts,
+    windings,
 )
 
 __all__ = [
@@ -31,8 +34,11 @@ __all__ = [
     "instruction_sets",
     "set_instruction_set",
     "set_threads",
+    "shortest_path",
     "threads",
     "verify",
+    "winding_counts",
+    "windings",
 ]
 
 EVIDENCE = evidence_type()

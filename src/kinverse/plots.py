@@ -1,4 +1,4 @@
-"""Pictures of population searches; angles in degrees. Needs the extra "plot"."""
+"""Pictures of population searches and of joint paths; angles in degrees. Needs the extra "plot"."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from kinverse.paths import JointPath
     from kinverse.robot import Robot
     from kinverse.solvers.swarm import Swarm
 
@@ -21,6 +22,7 @@ __all__ = [
     "convergence",
     "fitness_surface",
     "joint_histograms",
+    "joint_path_figure",
     "search_history",
     "swarm_figure",
 ]
@@ -134,6 +136,49 @@ def fitness_surface(
     ax.plot(here[joints[0]], here[joints[1]], "o", mfc="none", mec="white", ms=9)
     _name_joints(ax, robot, joints)
     ax.set_title("objective about the marked point")
+
+
+def joint_path_figure(joint_path: "JointPath", title: str = "") -> "Figure":
+    """The joints along a path and the size of their steps; what is not tracked is grey.
+
+    Args:
+        joint_path: from ``kinverse.paths.track``.
+        title: over both.
+
+    Raises:
+        MissingExtra: Matplotlib is not installed.
+
+    Example:
+        >>> joint_path_figure(track(robot, T)).savefig("joints.png")
+    """
+    robot = joint_path.robot
+    figure = new_figure((9.0, 6.0))
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+    shown = _shown(robot, joint_path.q)
+    for joint, name in enumerate(robot.joint_names):
+        unit = "deg" if turning(robot)[joint] else "m"
+        for k, (start, end) in enumerate(joint_path.intervals):
+            (line,) = above.plot(
+                np.arange(start, end),
+                shown[start:end, joint],
+                color=f"C{joint % 10}",
+                marker="." if end - start == 1 else "",
+            )
+            if k == 0:
+                line.set_label(f"{name} [{unit}]")
+    for start, end in joint_path.intervals:
+        steps = np.abs(np.diff(shown[start:end], axis=0)).max(axis=1)
+        below.plot(np.arange(start + 1, end), steps, color="black", lw=0.8)
+    for gap in joint_path.gaps:
+        for ax in (above, below):
+            ax.axvspan(gap.start - 0.5, gap.end - 0.5, color="0.85", lw=0.8)
+    above.set_ylabel("joint values")
+    below.set_ylabel("largest step")
+    below.set_xlabel("sample")
+    if joint_path.intervals:
+        above.legend(frameon=False, fontsize="small", ncols=2)
+    figure.suptitle(title or f"{robot.name}: {int(joint_path.ok.sum())} samples tracked")
+    return figure
 
 
 def new_figure(size: Sequence[float]) -> "Figure":

@@ -30,6 +30,7 @@ from kinverse.bench.sections import (
     speed,
     swarm,
     swarm_answers,
+    tracking,
 )
 from kinverse.errors import MissingExtra
 
@@ -63,6 +64,7 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "learned_starts": networks_learned.starts,
     "calibration": calibration.calibration,
     "simulation": simulation.simulation,
+    "tracking": tracking.tracking,
     "import_time": importing.import_time,
 }
 

@@ -34,7 +34,7 @@ Degrees = Annotated[bool, typer.Option("--degrees", help="All angles in degrees,
 Json = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar or schoenflies.")]
 
-LISTS = ("--pose", "--q", "--q-seed", "--region")
+LISTS = ("--pose", "--q", "--q-seed", "--q-start", "--region")
 
 
 def join_numbers(argv: Iterable[str]) -> list[str]:

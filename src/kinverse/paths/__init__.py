@@ -6,30 +6,57 @@
 """
 
 from kinverse.paths.feasible import Feasibility, Interval, feasible
+from kinverse.paths.joint_curve import (
+    Deviation,
+    JointCurve,
+    Refined,
+    ToolCurve,
+    deviation,
+    refined,
+    tool_deviation,
+)
+from kinverse.paths.joint_path import Gap, JointPath, Reason
 from kinverse.paths.links import Link, default_links
 from kinverse.paths.named import named_path, named_samples, path_names
 from kinverse.paths.orientation import Constant, Radial, Tangent
 from kinverse.paths.path import Path, Samples
 from kinverse.paths.planar_conditions import Condition, condition_5, condition_6
 from kinverse.paths.simulate import Simulation, simulate
+from kinverse.paths.track import track
+from kinverse.paths.trajectory import State, Trajectory, point_to_point, retime
 
 __all__ = [
     "Condition",
     "Constant",
+    "Deviation",
     "Feasibility",
+    "Gap",
     "Interval",
+    "JointCurve",
+    "JointPath",
     "Link",
     "Path",
     "Radial",
+    "Reason",
+    "Refined",
     "Samples",
     "Simulation",
+    "State",
     "Tangent",
+    "ToolCurve",
+    "Trajectory",
     "condition_5",
     "condition_6",
     "default_links",
+    "deviation",
     "feasible",
     "named_path",
     "named_samples",
     "path_names",
+    "point_to_point",
+    "refined",
+    "retime",
     "simulate",
+    "tool_deviation",
+    "track",
 ]

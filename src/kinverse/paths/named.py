@@ -12,7 +12,8 @@ are metres here, as in that arm. The tool turns about z by atan2(y, x). Readings
 "masajedi_straight" and "masajedi_curved" are for the arm ``kr16``. Document 002 (Masajedi, Shirazi
 and Ghanbarzadeh 2013, section 7) follows a straight and a curved path in space through 21 accuracy
 points, and says of each point that eight sets of joint angles reach it within the limits. It
-prints no coordinate: these two were chosen so that what it says holds all along them.
+prints no coordinate: these two were chosen so that what it says holds all along them, and that
+each of the eight goes on from start to end within the limits and past no singularity.
 """
 
 from collections.abc import Callable
@@ -99,20 +100,20 @@ def _semi_rectangle() -> Path:
 
 
 def _straight() -> Path:
-    start = se3.pose([0.4, -0.25, 1.7], rpy=np.radians([45, 15, 170]))
-    end = se3.pose([0.5, 0.25, 1.8], rpy=np.radians([45, 15, 190]))
+    start = se3.pose([-0.25, -0.4, 1.7], rpy=np.radians([45, 15, 80]))
+    end = se3.pose([0.25, -0.5, 1.8], rpy=np.radians([45, 15, 100]))
     return Path.line(start, end)
 
 
 def _curved() -> Path:
     points = [
-        [0.40, -0.24, 1.70],
-        [0.46, -0.12, 1.77],
-        [0.44, 0.00, 1.72],
-        [0.50, 0.12, 1.78],
-        [0.46, 0.24, 1.74],
+        [-0.24, -0.40, 1.70],
+        [-0.12, -0.46, 1.77],
+        [0.00, -0.44, 1.72],
+        [0.12, -0.50, 1.78],
+        [0.24, -0.46, 1.74],
     ]
-    return Path.spline(points, orientation=se3.pose(rpy=np.radians([45, 15, 170])))
+    return Path.spline(points, orientation=se3.pose(rpy=np.radians([45, 15, 80])))
 
 
 def _by_angle(path: Path) -> Array:

@@ -1,0 +1,125 @@
+"""Random paths in a workspace, and what can be said about following them without ``track``."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.bench import cases, oracle
+from kinverse.solvers.analytic import Analytic
+from kinverse.solvers.numerical import Numerical
+
+if TYPE_CHECKING:
+    from kinverse.robot import Robot
+
+__all__ = ["Follower", "Spline"]
+
+Array = NDArray[np.float64]
+Nodes = tuple[Array, NDArray[np.int32]]
+"""Joint values (K, n) and their branches (K,)."""
+
+KNOTS = 4
+SPREAD = 0.4
+"""Joint values of the knots lie within this of the first one's [rad]."""
+STARTS = 300
+"""Starts of the search that looks for what is said not to exist."""
+
+
+class Spline:
+    """A spline through the poses of four joint values near each other."""
+
+    def __init__(self, robot: "Robot", seed: int) -> None:
+        from scipy.interpolate import CubicSpline
+        from scipy.spatial.transform import Rotation, RotationSpline
+
+        rng = cases.stream(61, seed)
+        low, high = robot.limits.T
+        q = rng.uniform(low, high) + rng.uniform(-SPREAD, SPREAD, (KNOTS, robot.dof))
+        knots = oracle.pose(robot, np.clip(q, low, high))
+        u = np.linspace(0.0, 1.0, KNOTS)
+        self.place = CubicSpline(u, knots[:, :3, 3])
+        self.turn = RotationSpline(u, Rotation.from_matrix(knots[:, :3, :3]))
+
+    def __call__(self, s: Array) -> Array:
+        """Poses (K, 4, 4) at parameters (K,) from 0 to 1."""
+        T = np.tile(np.eye(4), (len(s), 1, 1))
+        T[:, :3, 3] = self.place(s)
+        T[:, :3, :3] = self.turn(s).as_matrix()
+        return T
+
+    def sample(self, count: int) -> Array:
+        """Samples (count, 4, 4), even in s."""
+        return self(np.linspace(0.0, 1.0, count))
+
+
+class Follower:
+    """All nodes of all samples, and which of them a set of nodes leads to: nothing is saved."""
+
+    def __init__(self, robot: "Robot") -> None:
+        self.robot = robot
+        self.size = 0.1 * float(np.linalg.norm(robot.frames[1:, :3, 3], axis=1).sum())
+        self.solver = Analytic(windings="all").fit(robot)
+        self.inside = Numerical(max_starts=STARTS).fit(robot)
+        self.anywhere = Numerical(max_starts=STARTS, limits="ignore").fit(robot)
+
+    def reached(
+        self,
+        path: Spline,
+        s: Array,
+        limit: float,
+        start: Nodes | None = None,
+        any_side: bool = False,
+    ) -> Nodes:
+        """The nodes of the last sample that steps of at most ``limit`` lead to.
+
+        Args:
+            path: the path.
+            s: (N,) its parameter at the samples.
+            limit: largest joint step.
+            start: nodes of the first sample; None: all of them.
+            any_side: steps may change branches anywhere, not only where the path passes a
+                singularity.
+        """
+        T = path(s)
+        found = self.solver.solve(T)
+        ends = np.cumsum(found.count)
+        q, branch = start or (found.q[: ends[0]], found.branch[: ends[0]])
+        for k, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+            layer = found.q[first:last], found.branch[first:last]
+            joined = self.joined((q, branch), layer, limit)
+            if not any_side:
+                joined &= self.same_side(path, s[k : k + 2], (q, branch), layer, joined)
+            onward = joined.any(axis=1)
+            q, branch = layer[0][onward], layer[1][onward]
+        return q, branch
+
+    @staticmethod
+    def joined(before: Nodes, behind: Nodes, limit: float) -> NDArray[np.bool_]:
+        """Which nodes behind (rows) are within a step of which before (columns)."""
+        near = np.ones((len(behind[0]), len(before[0])), np.bool_)
+        for here, there in zip(behind[0].T, before[0].T, strict=True):
+            near &= np.abs(here[:, None] - there) <= limit
+        return near
+
+    def same_side(
+        self, path: Spline, s: Array, before: Nodes, behind: Nodes, asked: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        """Which of the steps that are asked about keep the branch, or pass a singularity."""
+        same = np.asarray(behind[1][:, None] == before[1])
+        b, a = np.nonzero(asked & ~same)
+        half = path(np.array([s.mean()]))
+        same[b, a] = self._passes(path(s), half, 0.5 * (behind[0][b] + before[0][a]))
+        return same
+
+    def _passes(self, ends: Array, half: Array, q: Array) -> NDArray[np.bool_]:
+        """Whether the tool is half-way within a tenth of the step of the path."""
+        if not len(q):
+            return np.empty(0, np.bool_)
+        moved, turned = oracle.errors(ends[:1], ends[1:])
+        far, off = oracle.errors(half, oracle.pose(self.robot, q))
+        allowed = max(0.1 * float((moved + self.size * turned)[0]), 1e-7)
+        return np.asarray(far + self.size * off <= allowed)
+
+    def has_none(self, T: Array) -> bool:
+        """Whether a search from 300 starts finds nothing for any pose, limits ignored."""
+        return not self.anywhere.solve(T).ok.any()

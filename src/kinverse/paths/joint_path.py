@@ -1,0 +1,151 @@
+"""The answer to one path: joint values, where they are continuous, and why not elsewhere."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from kinverse.robot import Robot
+
+__all__ = ["Gap", "JointPath", "Reason"]
+
+Array = NDArray[np.float64]
+
+
+class Reason(IntEnum):
+    """Why a path is not followed; ``text`` says it in a sentence.
+
+    Example:
+        >>> Reason.COLLISION.text
+        'every solution is refused by keep'
+    """
+
+    OUT_OF_REACH = 0
+    OUT_OF_LIMITS = 1
+    NOT_FOUND = 2
+    COLLISION = 3
+    STEP = 4
+    SINGULARITY = 5
+
+    @property
+    def text(self) -> str:
+        """One sentence for people."""
+        return _TEXTS[self]
+
+
+_TEXTS = (
+    "out of reach",
+    "solutions exist, none inside the joint limits",
+    "the search found no solution; that does not show that there is none",
+    "every solution is refused by keep",
+    "the samples lie too far apart for the largest joint step",
+    "the branch ends at a singularity, and no other continues it",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
+
+    With ``end == start`` no sample is lost: the joints cannot get from sample ``start - 1`` to
+    sample ``start``, both of which are tracked.
+
+    Attributes:
+        start: first sample.
+        end: behind the last sample.
+        code: a ``Reason``.
+        text: the reason in words, with its numbers.
+        barrier: of a break, the last sample that the run before could have come to; -1 else. The
+            run may end earlier, where it is cheaper to go over to the next.
+    """
+
+    start: int
+    end: int
+    code: Reason
+    text: str
+    barrier: int = -1
+
+    @property
+    def is_break(self) -> bool:
+        """Whether the gap lies between two samples that are both tracked."""
+        return self.start == self.end
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointPath:
+    """Joint values along a path; arrays are read-only.
+
+    Attributes:
+        robot: whose joints they are.
+        T: (N, 4, 4) the poses, with those that were added [m].
+        q: (N, n) joint values [rad or m]; NaN rows where a sample is not tracked.
+        branch: (N,) number of the branch, -1 where there is none or the method knows none.
+        ok: (N,) the sample is tracked.
+        cost: sum of the metric over all steps (and over the way from ``q_start``).
+        intervals: (start, end) of the runs of samples that are followed without a break.
+        gaps: ``Gap`` objects, what lies between these.
+        s: (N,) the path's parameter at each sample, None if it has none.
+        branch_labels: ``branch_labels[b]`` says in words which branch b is; may be empty.
+        deviation: largest distance [m] of the tool from the path half-way between samples, joints
+            moving in a straight line; NaN if it was not asked for.
+
+    Example:
+        >>> joint_path = track(robot, T)
+        >>> joint_path.q[joint_path.ok], [gap.text for gap in joint_path.gaps]
+    """
+
+    robot: "Robot"
+    T: Array
+    q: Array
+    branch: NDArray[np.int32]
+    ok: NDArray[np.bool_]
+    cost: float
+    intervals: tuple[tuple[int, int], ...]
+    gaps: tuple[Gap, ...]
+    s: Array | None = None
+    branch_labels: tuple[str, ...] = ()
+    deviation: float = float("nan")
+
+    def __post_init__(self) -> None:
+        for name in ("T", "q", "branch", "ok", "s"):
+            array = getattr(self, name)
+            if array is not None:
+                array.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every sample is tracked without a break."""
+        return not self.gaps
+
+    @property
+    def largest_step(self) -> float:
+        """Largest movement of any joint between two samples of a run [rad or m]; 0 without any."""
+        steps = [np.abs(np.diff(q, axis=0)).max(initial=0.0) for q in self.segments()]
+        return float(max(steps, default=0.0))
+
+    def segments(self) -> tuple[Array, ...]:
+        """The joint values (K, n) of each run of ``intervals``.
+
+        Example:
+            >>> [len(q) for q in joint_path.segments()]
+        """
+        return tuple(self.q[start:end] for start, end in self.intervals)
+
+    def __repr__(self) -> str:
+        lines = [
+            f"JointPath: {int(self.ok.sum())} of {len(self)} samples of {self.robot.name} in"
+            f" {len(self.intervals)} runs, cost {self.cost:.6g},"
+            f" largest step {self.largest_step:.3g}"
+        ]
+        for gap in self.gaps[:10]:
+            where = f"before {gap.start}" if gap.is_break else f"{gap.start}..{gap.end - 1}"
+            lines.append(f"{where}: {gap.code.name}, {gap.text}")
+        if len(self.gaps) > 10:
+            lines.append(f"and {len(self.gaps) - 10} gaps more")
+        return "\n  ".join(lines)

@@ -1,0 +1,1 @@
+"""What ``kinverse.paths.track`` is made of: samples, their layers, the search, its gaps."""

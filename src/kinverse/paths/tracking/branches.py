@@ -1,0 +1,279 @@
+"""Where the solutions of a path's samples come from: closed forms, a grid of them, or searches."""
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.errors import InputError, NoClosedForm
+from kinverse.paths.tracking.layers import Layers, tidy
+from kinverse.paths.tracking.redundancy import RedundantBranches
+from kinverse.solvers import Solver, make_solver
+from kinverse.solvers.analytic import Analytic
+from kinverse.solvers.closed_form.families import Family
+from kinverse.solvers.numerical import Numerical
+from kinverse.status import Status
+from kinverse.task import as_task
+
+if TYPE_CHECKING:
+    from kinverse.robot import Robot
+
+__all__ = ["Branches", "branches_of"]
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SEEDS = 24
+"""Starts of a search for the solutions of a sample."""
+ANCHORS = 12
+"""Samples along a path whose solutions are searched for, and followed to both sides."""
+NEAR_LIMIT = 1e-2
+"""How far beyond a limit [rad or m] a solution may lie for joint values on it to be tried."""
+FLAT = 1e-9
+"""A determinant below this part of the product of its columns' lengths has no sign."""
+
+
+class Branches(Protocol):
+    """What a path's samples are solved with."""
+
+    robot: "Robot"
+    task: str
+    branch_labels: tuple[str, ...]
+    is_complete: bool
+    """Nothing is missed, but for the members of a continuum."""
+
+    def layers(self, T: Array) -> Layers:
+        """The solutions of poses (N, 4, 4)."""
+
+    def near(self, T: Array, q: Array) -> Layers:
+        """The solutions of poses (N, 4, 4), at least those near joint values q (N, n)."""
+
+    def finer(self, T: Array, q: Array, level: int) -> Layers | None:
+        """More of a continuum about q (N, n), closer at each level; None where that is all."""
+
+    def on(self, robot: "Robot") -> "Branches":
+        """The same for another robot."""
+
+
+def branches_of(robot: "Robot", solver: str | Solver, task: str) -> Branches:
+    """What solves a robot's paths: every branch in closed form if it can be.
+
+    Raises:
+        InputError: an unknown solver or task.
+        NoClosedForm: "analytic" knows no family for this robot.
+    """
+    if isinstance(solver, str):
+        if solver == "auto":
+            try:
+                return _closed(Analytic(task=task).fit(robot))
+            except NoClosedForm:
+                return SearchedBranches(Numerical(task=task).fit(robot))
+        return _chosen(make_solver(solver, robot, task), robot)
+    if not isinstance(solver, Solver):
+        raise InputError(f"solver must be a name or a solver object, got {solver!r}")
+    return _chosen(solver.clone(), robot)
+
+
+def _chosen(solver: Solver, robot: "Robot") -> Branches:
+    # windings are chosen along the path, and limits are held
+    common = {"windings": "nearest", "limits": "hold"}
+    solver.set_params(**{k: v for k, v in common.items() if k in solver.get_params()})
+    solver.fit(robot)
+    return _closed(solver) if isinstance(solver, Analytic) else SearchedBranches(solver)
+
+
+def _closed(solver: Analytic) -> Branches:
+    if solver.redundancy_ is not None:
+        return RedundantBranches(solver)
+    return ClosedBranches(solver)
+
+
+class ClosedBranches:
+    """Every branch of arms without a joint to spare."""
+
+    def __init__(self, solver: Analytic) -> None:
+        self.solver = solver
+        self.robot = solver.robot_
+        self.task = solver.settings_.task
+        self.branch_labels = solver.branch_labels_
+        is_general = solver.parallel_arm_ is None and solver.spec_.family is Family.GENERAL_6R
+        self.is_complete = not is_general
+        self.has_lasting_branches = not is_general
+        self.follower = follower(solver)
+
+    def layers(self, T: Array) -> Layers:
+        """The solutions of poses (N, 4, 4)."""
+        found = self.solver.solve(T)
+        side = found.branch if self.has_lasting_branches else sides(self.robot, self.task, found.q)
+        continuum = found.stats.continuum
+        if continuum.any():
+            side = np.where(continuum[found.pose_index], np.int32(-1), side)
+        layers = Layers(
+            found.q,
+            np.concatenate([[0], np.cumsum(found.count)]),
+            found.branch if self.has_lasting_branches else np.full(len(found.q), -1, np.int32),
+            side,
+            found.status.copy(),
+            continuum,
+            np.zeros(len(T), np.int64),
+            np.zeros(len(found.q), np.bool_),
+        )
+        return self._with_near_misses(T, layers)
+
+    def _with_near_misses(self, T: Array, layers: Layers) -> Layers:
+        """Where nothing is exact: joint values at a limit that reach the pose to the tolerances."""
+        open_ = np.flatnonzero(layers.status == Status.NOT_FOUND)
+        if not len(open_):
+            return layers
+        beyond = self._free.solve(T[open_])
+        low, high = self.robot.limits.T
+        at_limit = np.clip(beyond.q, low, high)
+        near = np.flatnonzero(np.abs(at_limit - beyond.q).max(axis=1, initial=0.0) < NEAR_LIMIT)
+        sample, start = open_[beyond.pose_index[near]], at_limit[near]
+        found = self.follower.solve(T[sample], start)
+        rows = found.pose_index
+        same = np.abs(found.q - start[rows]).max(axis=1, initial=0.0) < NEAR_LIMIT
+        rows, q = rows[same], found.q[same]
+        branch = beyond.branch[near][rows] if self.has_lasting_branches else np.int32(-1)
+        layers.status[sample[rows]] = Status.SOLVED
+        return layers.with_rows(sample[rows], q, branch, branch)
+
+    @cached_property
+    def _free(self) -> Analytic:
+        solver: Analytic = self.solver.clone()
+        return solver.set_params(limits="ignore").fit(self.robot)
+
+    def near(self, T: Array, q: Array) -> Layers:
+        """All of them, of a continuum those nearest q too; and what a search adds to roots."""
+        layers = self.layers(T)
+        if not self.is_complete:
+            known = np.flatnonzero(~np.isnan(q).any(axis=1))
+            searched = self.follower.solve(T[known], q[known])
+            at = known[searched.pose_index]
+            side = sides(self.robot, self.task, searched.q)
+            layers = layers.with_rows(at, searched.q, -1, side)
+        at = np.flatnonzero(layers.continuum & ~np.isnan(q).any(axis=1))
+        if not len(at):
+            return layers
+        found = self.solver.solve(T[at], q[at])
+        return layers.with_rows(at[found.pose_index], found.q, found.branch)
+
+    def finer(self, T: Array, q: Array, level: int) -> Layers | None:
+        """Nothing is between the branches."""
+        return None
+
+    def on(self, robot: "Robot") -> "ClosedBranches":
+        """The same for another robot."""
+        return ClosedBranches(self.solver.clone().fit(robot))
+
+
+class SearchedBranches:
+    """Whatever a search finds at some samples, followed along the path from there."""
+
+    is_complete = False
+
+    def __init__(self, solver: Solver) -> None:
+        self.solver = solver
+        self.robot = solver.robot_
+        self.task = solver.settings_.task
+        self.branch_labels: tuple[str, ...] = ()
+        self.follower = follower(solver)
+
+    def layers(self, T: Array) -> Layers:
+        """What starts all over the limits lead to at some samples, followed to both ends."""
+        anchors = np.unique(np.linspace(0, len(T) - 1, min(ANCHORS, len(T))).round().astype(int))
+        low, high = self.robot.limits.T
+        starts = low + _low_discrepancy(SEEDS, self.robot.dof) * (high - low)
+        found = [self.solver.solve(T[anchors], q_seed=start) for start in starts]
+        first = tidy(
+            self.robot,
+            _layers(
+                len(T),
+                np.concatenate([anchors[s.pose_index] for s in found]),
+                np.concatenate([s.q for s in found]),
+            ),
+        )
+        sample, q = [first.sample], [first.q]
+        for anchor in anchors:
+            for start in first.q[first.sample == anchor]:
+                for where in (np.arange(anchor + 1, len(T)), np.arange(anchor - 1, -1, -1)):
+                    if len(where):
+                        s = self.follower.follow(T[where], start)
+                        sample.append(where[s.pose_index])
+                        q.append(s.q)
+        layers = _layers(len(T), np.concatenate(sample), np.concatenate(q))
+        empty = np.flatnonzero(np.diff(layers.start) == 0)
+        if len(empty):
+            rest = self.solver.solve(T[empty])
+            layers.status[empty] = rest.status
+            layers = layers.with_rows(empty[rest.pose_index], rest.q)
+        layers = tidy(self.robot, layers)
+        layers.side[:] = sides(self.robot, self.task, layers.q)
+        return layers
+
+    def near(self, T: Array, q: Array) -> Layers:
+        """What the nearest joint values lead to."""
+        found = self.follower.solve(T, np.where(np.isnan(q), self.robot.limits.mean(axis=1), q))
+        layers = _layers(len(T), found.pose_index, found.q)
+        layers.status[:] = found.status
+        layers.side[:] = sides(self.robot, self.task, layers.q)
+        return layers
+
+    def finer(self, T: Array, q: Array, level: int) -> Layers | None:
+        """The search ends where it ends."""
+        return None
+
+    def on(self, robot: "Robot") -> "SearchedBranches":
+        """The same for another robot."""
+        return SearchedBranches(self.solver.clone().fit(robot))
+
+
+def follower(solver: Solver) -> Numerical:
+    """What goes on from one solution of a solver to those near it."""
+    settings = solver.settings_
+    return Numerical(
+        task=settings.task,
+        tol_position=settings.tol_position,
+        tol_rotation=settings.tol_rotation,
+    ).fit(solver.robot_)
+
+
+def sides(robot: "Robot", task: str, q: Array) -> NDArray[np.int32]:
+    """The sign of the Jacobian's determinant, 0 or 1; -1 where it vanishes or is not square.
+
+    No continuous motion changes it without meeting a singularity.
+    """
+    kind = as_task(task)
+    if kind.size != robot.dof or not len(q):
+        return np.full(len(q), -1, np.int32)
+    J = kind.constrained(robot.jacobian(q), robot.fk(q))
+    size = np.linalg.norm(J, axis=1)
+    det = np.linalg.det(J / np.maximum(size, 1e-300)[:, None, :])
+    return np.where(np.abs(det) < FLAT, -1, (det > 0.0).astype(int)).astype(np.int32)
+
+
+def _layers(samples: int, sample: Ints, q: Array) -> Layers:
+    """Solutions without branches in any order; a sample without any is NOT_FOUND."""
+    order = np.argsort(sample, kind="stable")
+    count = np.bincount(sample, minlength=samples)
+    unknown = np.full(len(q), -1, np.int32)
+    return Layers(
+        np.ascontiguousarray(q[order]),
+        np.concatenate([[0], np.cumsum(count)]),
+        unknown,
+        unknown.copy(),
+        np.where(count > 0, np.uint8(0), np.uint8(3)),
+        np.zeros(samples, np.bool_),
+        np.zeros(samples, np.int64),
+        np.zeros(len(q), np.bool_),
+    )
+
+
+def _low_discrepancy(count: int, dimensions: int) -> Array:
+    """Points (count, dimensions) spread evenly over the unit cube: the R_n sequence (Roberts)."""
+    root = 1.5
+    for _ in range(64):
+        root = (1.0 + root) ** (1.0 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1.0)
+    return np.asarray(np.mod(0.5 + np.arange(1, count + 1)[:, None] * steps, 1.0))

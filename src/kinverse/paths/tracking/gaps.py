@@ -1,0 +1,156 @@
+"""Why a path is not followed somewhere: each break is looked at again under looser rules."""
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse import se3
+from kinverse.paths.joint_path import Gap, Reason
+from kinverse.paths.tracking.branches import Branches
+from kinverse.paths.tracking.layers import Layers
+from kinverse.paths.tracking.samples import Samples
+from kinverse.paths.tracking.search import Found, Problem, follow
+from kinverse.ranking import TURN, turning
+from kinverse.status import Status
+
+__all__ = ["gaps"]
+
+Array = NDArray[np.float64]
+
+BETWEEN = 32
+"""Pieces that the way between two samples is cut into."""
+CONTINUOUS = 0.1
+"""Joint steps up to this [rad or m] between the pieces are no jump, however small max_step is."""
+JUMP = 10.0
+"""A step this many times the path's median step [m, rad] is a jump."""
+
+_OF_STATUS = {
+    Status.OUT_OF_LIMITS: Reason.OUT_OF_LIMITS,
+    Status.UNREACHABLE: Reason.OUT_OF_REACH,
+    Status.NOT_FOUND: Reason.NOT_FOUND,
+}
+
+
+def gaps(problem: Problem, layers: Layers, found: Found) -> tuple[Gap, ...]:
+    """The gaps of a way through the layers, in order."""
+    made = _lost(problem, layers, found)
+    breaks = _breaks(found)
+    judge = _Judge(problem)
+    for sample, k in breaks:
+        rows, q = found.reached(k)
+        f = int(found.barrier[k])
+        code, text = judge.verdict(f, q, layers.side[rows])
+        made.append(Gap(sample, sample, code, text, f))
+    return tuple(sorted(made, key=lambda gap: (gap.start, gap.end)))
+
+
+def _lost(problem: Problem, layers: Layers, found: Found) -> list[Gap]:
+    """Runs of samples without a row, by reason."""
+    count = len(layers)
+    code = np.full(count, -1)
+    for status, reason in _OF_STATUS.items():
+        code[layers.status == status] = reason
+    code[layers.removed > 0] = Reason.COLLISION
+    code[found.row >= 0] = -1
+    ends = np.flatnonzero(np.diff(code)) + 1
+    made = []
+    for start, end in zip(np.append(0, ends), np.append(ends, count), strict=True):
+        if code[start] >= 0:
+            reason = Reason(int(code[start]))
+            made.append(Gap(int(start), int(end), reason, reason.text))
+    return made
+
+
+def _breaks(found: Found) -> list[tuple[int, int]]:
+    """(sample, barrier): the breaks of the way, and which barrier forces each.
+
+    Between one barrier and the next there is one break, wherever it is cheapest; a gap of lost
+    samples is a break and a barrier at once.
+    """
+    live = found.row >= 0
+    after = np.flatnonzero(live[1:] & ~found.linked[1:] & (np.cumsum(live) > 0)[:-1]) + 1
+    barriers = iter(range(len(found.barrier)))
+    return [(int(i), next(barriers)) for i in after if live[i - 1]]
+
+
+class _Judge:
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+
+    def verdict(self, f: int, q: Array, side: NDArray[np.int32]) -> tuple[Reason, str]:
+        """Why joint values q (K, n) at sample f lead to none at the next one."""
+        problem = self.problem
+        where = f"from sample {f} to {f + 1}"
+        fine = self._fine(f)
+        if self._way(problem, fine, q, side) is not None:
+            return Reason.STEP, self._step_text(f, where)
+        if problem.keep is not None:
+            if self._way(replace(problem, keep=None), fine, q, side) is not None:
+                return Reason.COLLISION, f"{where} every way on is refused by keep"
+        free = replace(problem, branches=self._free)
+        for looser in (free, replace(free, keep=None)):
+            found = self._way(looser, fine, q, side)
+            if found is not None:
+                return Reason.OUT_OF_LIMITS, f"{where} {self._limits_text(found)}"
+            if problem.keep is None:
+                break
+        status = free.branches.layers(fine.T).status
+        if (status != Status.SOLVED).any():
+            code = _OF_STATUS[Status(int(status[status != Status.SOLVED][0]))]
+            return code, f"{where}, between them: {code.text}"
+        return Reason.SINGULARITY, f"{where} {Reason.SINGULARITY.text}"
+
+    def _fine(self, f: int) -> Samples:
+        fraction = np.linspace(0.0, 1.0, BETWEEN + 1)[1:-1]
+        inner = self.problem.samples.at(np.full(len(fraction), f), fraction)
+        ends = self.problem.samples.T[f : f + 2]
+        return Samples(np.concatenate([ends[:1], inner, ends[1:]]))
+
+    @cached_property
+    def _free(self) -> Branches:
+        """The same arm with a turn more to each side, and slides of three times the range."""
+        robot = self.problem.robot
+        low, high = robot.limits.T
+        more = np.where(turning(robot), TURN, high - low)
+        return self.problem.branches.on(
+            robot.with_limits(np.column_stack([low - more, high + more]))
+        )
+
+    @staticmethod
+    def _way(problem: Problem, samples: Samples, q: Array, side: NDArray[np.int32]) -> Found | None:
+        """The way from q through all samples, if there is one without a break."""
+        max_step = np.maximum(problem.steps.max_step, CONTINUOUS)
+        steps = replace(problem.steps, q_start=None, max_step=max_step)
+        problem = replace(problem, samples=samples, steps=steps)
+        layers = problem.layers()
+        rows = layers.start[1]
+        first = np.zeros(len(layers.q), np.bool_)
+        first[rows:] = True
+        # at the first sample nothing but where the arm can be
+        layers = layers.only(first).with_rows(np.zeros(len(q), np.int64), q, -1, side, True)
+        if (np.diff(layers.start) == 0).any():
+            return None
+        _, found = follow(problem, layers)
+        return found if found.breaks == 0 and (found.row >= 0).all() else None
+
+    def _limits_text(self, found: Found) -> str:
+        robot = self.problem.robot
+        low, high = robot.limits.T
+        outside = np.maximum(low - found.q, found.q - high).max(axis=0)
+        names = [name for name, far in zip(robot.joint_names, outside, strict=True) if far > 1e-9]
+        return f"every way on leaves the limits of {', '.join(names)}"
+
+    def _step_text(self, f: int, where: str) -> str:
+        T = self.problem.samples.T
+        moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
+        turned = np.linalg.norm(
+            se3.rotation_log(np.swapaxes(T[:-1, :3, :3], 1, 2) @ T[1:, :3, :3]), axis=1
+        )
+        said = f"the pose moves {moved[f]:.3g} m and turns {turned[f]:.3g} rad"
+        is_jump = moved[f] > JUMP * max(np.median(moved), 1e-9)
+        is_jump = is_jump or turned[f] > JUMP * max(np.median(turned), 1e-6)
+        if is_jump:
+            return f"{where} the path jumps: {said}"
+        return f"{where} {said}, which takes more than the largest joint step: sample it finer"

@@ -1,0 +1,77 @@
+"""Samples added to a path until the tool stays near it between them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.errors import InputError
+from kinverse.paths.tracking.layers import Layers, joined, kept
+from kinverse.paths.tracking.search import Found, Problem
+
+__all__ = ["deviations", "refined"]
+
+Array = NDArray[np.float64]
+
+ROUNDS = 24
+"""Rounds of adding samples."""
+MOST_SAMPLES = 1_000_000
+"""Samples that a path may come to have."""
+MOST_PIECES = 16
+"""Pieces an interval is cut into at once."""
+BREAK_ROUNDS = 6
+"""Rounds in which intervals with a break are halved."""
+
+Follow = Callable[[Problem, Layers], tuple[Layers, Found]]
+
+
+def deviations(problem: Problem, found: Found) -> Array:
+    """(N - 1,) distance [m] of the tool from the path half-way to the next sample; NaN at gaps."""
+    away = np.full(len(found.q) - 1, np.nan)
+    at = np.flatnonzero(found.linked[1:])
+    if len(at):
+        middle = problem.robot.fk(0.5 * (found.q[at] + found.q[at + 1]))
+        wanted = problem.samples.at(at, np.full(len(at), 0.5))
+        away[at] = np.linalg.norm(middle[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    return away
+
+
+def refined(
+    problem: Problem, layers: Layers, found: Found, tolerance: float, follow: Follow
+) -> tuple[Problem, Layers, Found, float]:
+    """The same with samples added, and the largest deviation that is left [m].
+
+    Chords err with the square of their length, so an interval is cut into as many pieces as that
+    tells; intervals with a break are halved a few times.
+
+    Raises:
+        InputError: the tolerance would take more than 1,000,000 samples.
+    """
+    for k in range(ROUNDS):
+        away = deviations(problem, found)
+        pieces = np.ceil(np.sqrt(np.nan_to_num(away) / tolerance)).astype(np.int64)
+        pieces = np.clip(pieces, 1, MOST_PIECES)
+        live = found.row >= 0
+        if k < BREAK_ROUNDS:
+            pieces[np.isnan(away) & live[1:] & live[:-1]] = 2
+        if (pieces == 1).all():
+            break
+        added = int((pieces - 1).sum())
+        if len(live) + added > MOST_SAMPLES:
+            raise InputError(
+                f"tolerance={tolerance:g} m would take more than {MOST_SAMPLES} samples: the joint"
+                f" motion is {np.nanmax(away):.3g} m off between {len(live)} of them"
+            )
+        sample = np.repeat(np.arange(len(pieces)), pieces - 1)
+        behind = np.concatenate([[0], np.cumsum(pieces - 1)])[:-1]
+        fraction = (np.arange(added) - behind[sample] + 1.0) / pieces[sample]
+        near = found.q[sample] + fraction[:, None] * (found.q[sample + 1] - found.q[sample])
+        near[~found.linked[sample + 1]] = np.nan
+        samples, order = problem.samples.with_between(sample, fraction)
+        new = problem.branches.near(problem.samples.at(sample, fraction), near)
+        problem = replace(problem, samples=samples)
+        new = kept(problem.robot, new, problem.keep)
+        layers = joined([layers, new]).taken(order)
+        layers, found = follow(problem, layers)
+    return problem, layers, found, float(np.nanmax(deviations(problem, found), initial=0.0))

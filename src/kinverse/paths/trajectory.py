@@ -1,0 +1,330 @@
+"""Motions in time: along a joint curve, from point to point, or through given samples."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinverse import se3
+from kinverse.errors import InputError, MissingExtra, NoSolution
+from kinverse.paths.joint_curve import JointCurve
+from kinverse.robot import LIMIT_SLACK, Robot
+
+__all__ = ["State", "Trajectory", "point_to_point", "retime"]
+
+Array = NDArray[np.float64]
+
+LEAST_GRID = 400
+"""Places at which a retimed curve is held to its limits, at least."""
+
+
+class State(NamedTuple):
+    """Joint values, velocities and accelerations (..., n), in rad or m, and seconds."""
+
+    q: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """Joint values over time, from 0 to ``duration`` [s].
+
+    Made by :func:`retime`, :func:`point_to_point` and :meth:`through`.
+
+    Attributes:
+        duration: [s].
+        motion: a function of times (N,) that gives their ``State``.
+
+    Example:
+        >>> trajectory = retime(curve, velocity=2.0, acceleration=8.0)
+        >>> trajectory(0.5 * trajectory.duration).q
+    """
+
+    duration: float
+    motion: Callable[[Array], State]
+
+    def __call__(self, t: ArrayLike) -> State:
+        """The state at times t (...) [s]; arrays of shape (..., n).
+
+        Raises:
+            InputError: a time that is not finite or (by more than 1e-9 of it) outside the motion.
+        """
+        at = se3.as_real(t, "t")
+        slack = 1e-9 * self.duration
+        if not ((at >= -slack) & (at <= self.duration + slack)).all():
+            raise InputError(f"t must lie from 0 to {self.duration:.9g} s")
+        parts = self.motion(np.clip(at.reshape(-1), 0.0, self.duration))
+        return State(*(part.reshape(*at.shape, part.shape[-1]) for part in parts))
+
+    def sample(self, count: int) -> tuple[Array, State]:
+        """Times (count,) [s], evenly from start to end, and the states there."""
+        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 2:
+            raise InputError(f"count must be a whole number of at least 2, got {count!r}")
+        t = np.linspace(0.0, self.duration, int(count))
+        return t, self(t)
+
+    @classmethod
+    def through(cls, t: ArrayLike, q: ArrayLike, degree: int = 5) -> "Trajectory":
+        """The spline through joint values q (K, n) at times t (K,) [s]; the first t counts as 0.
+
+        Raises:
+            InputError: times that do not increase, NaN, another shape, too few samples.
+
+        Example:
+            >>> Trajectory.through([0, 1, 2, 3], np.zeros((4, 6)), degree=3).duration
+            3.0
+        """
+        times = se3.as_real(t, "t")
+        if times.ndim == 1 and (np.diff(times) <= 0.0).any():
+            row = int(np.argmax(np.diff(times) <= 0.0)) + 1
+            raise InputError(
+                f"times must increase: t[{row}] = {times[row]:g} s follows {times[row - 1]:g} s"
+            )
+        curve = JointCurve(times - times[:1] if times.ndim == 1 else times, q, degree)
+        return cls(float(curve.s[-1]), _InTime(curve))
+
+    def __repr__(self) -> str:
+        return f"Trajectory: {self(0.0).q.shape[-1]} joints, {self.duration:.6g} s"
+
+
+def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> Trajectory:
+    """The fastest motion along a curve, from rest to rest, that keeps two limits.
+
+    By reachability analysis (Pham & Pham 2018, the package toppra) on a grid that holds the
+    curve's samples; what its steps exceed in between, a little, is taken back by slowing the whole
+    motion down until all places looked at (eight to a step) keep both limits.
+
+    Args:
+        curve: joint values by way.
+        velocity: limit of each joint's speed, one number or (n,) [rad/s or m/s].
+        acceleration: likewise [rad/s^2 or m/s^2].
+
+    Raises:
+        InputError: limits that are not positive, or a curve that does not move.
+        NoSolution: no motion was found.
+        MissingExtra: toppra is not installed.
+
+    Example:
+        >>> retime(curve, velocity=2.0, acceleration=8.0).duration
+    """
+    if not isinstance(curve, JointCurve):
+        raise InputError(f"curve must be a JointCurve, got {type(curve).__name__}")
+    n = curve.values.shape[1]
+    fast, strong = _limits(velocity, n, "velocity"), _limits(acceleration, n, "acceleration")
+    if np.ptp(curve.values, axis=0).max() == 0.0:
+        raise InputError("the curve does not move: there is nothing to time")
+    try:
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
+    except ModuleNotFoundError as error:
+        raise MissingExtra("the timing of a path", "paths") from error
+    share = (curve.s - curve.s[0]) / (curve.s[-1] - curve.s[0])
+    parts = max(2, -(-LEAST_GRID // (len(share) - 1)))
+    steps = np.arange(parts) / parts
+    grid = np.append((share[:-1, None] + steps * np.diff(share)[:, None]).ravel(), 1.0)
+    limits = [JointVelocityConstraint(fast), JointAccelerationConstraint(strong)]
+    problem = TOPPRA(limits, _Geometry(curve), gridpoints=grid, solver_wrapper="seidel")
+    _, speed, _ = problem.compute_parameterization(0.0, 0.0)
+    if speed is None or not np.isfinite(speed).all():
+        raise NoSolution("toppra found no motion along this curve within these limits")
+    motion = _Along(curve, grid, np.maximum(speed, 0.0))
+    t = motion.times
+    looked = np.append((t[:-1, None] + np.arange(8) / 8 * np.diff(t)[:, None]).ravel(), t[-1])
+    state = motion(looked)
+    slower = max(
+        1.0,
+        float((np.abs(state.velocity) / fast).max()),
+        float(np.sqrt((np.abs(state.acceleration) / strong).max())),
+    )
+    motion = _Along(curve, grid, np.maximum(speed, 0.0) / slower)
+    return Trajectory(float(motion.times[-1]), motion)
+
+
+def point_to_point(
+    robot: Robot,
+    q_start: ArrayLike,
+    q_end: ArrayLike,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    jerk: ArrayLike,
+) -> Trajectory:
+    """The fastest motion from rest to rest that keeps three limits; all joints end together.
+
+    Berscheid & Kroeger 2021 (the package ruckig). No joint leaves the range between its two ends.
+
+    Args:
+        robot: the arm, whose joint limits must hold both ends.
+        q_start: (n,) [rad or m].
+        q_end: (n,) [rad or m].
+        velocity: limit, one number or (n,) [rad/s or m/s].
+        acceleration: likewise, per s^2.
+        jerk: likewise, per s^3.
+
+    Raises:
+        InputError: limits that are not positive, ends outside the joint limits, or the same.
+        NoSolution: no motion was found.
+        MissingExtra: ruckig is not installed.
+
+    Example:
+        >>> point_to_point(robot, q_a, q_b, velocity=2, acceleration=8, jerk=80).duration
+    """
+    start, end = _inside(robot, q_start, "q_start"), _inside(robot, q_end, "q_end")
+    if np.array_equal(start, end):
+        raise InputError("q_start and q_end are the same: there is nothing to move")
+    n = robot.dof
+    limits = [
+        _limits(value, n, name)
+        for value, name in ((velocity, "velocity"), (acceleration, "acceleration"), (jerk, "jerk"))
+    ]
+    try:
+        import ruckig
+    except ModuleNotFoundError as error:
+        raise MissingExtra("a motion with limited jerk", "paths") from error
+    asked = ruckig.InputParameter(n)
+    asked.current_position, asked.target_position = start.tolist(), end.tolist()
+    asked.max_velocity, asked.max_acceleration, asked.max_jerk = (row.tolist() for row in limits)
+    answer = ruckig.Trajectory(n)
+    try:
+        result = ruckig.Ruckig(n).calculate(asked, answer)
+    except ruckig.RuckigError as error:
+        raise NoSolution(f"ruckig found no motion: {error}") from error
+    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
+        raise NoSolution(f"ruckig found no motion: {result.name}")
+    rows = [_phases(profile) for profile in answer.profiles[0]]
+    return Trajectory(float(answer.duration), _Phases(*map(np.array, zip(*rows, strict=True))))
+
+
+# ---------------------------------------------------------------------------- motions
+@dataclass(frozen=True, eq=False)
+class _InTime:
+    """A curve whose parameter is the time."""
+
+    curve: JointCurve
+
+    def __call__(self, t: Array) -> State:
+        return State(*(self.curve(t, order) for order in range(3)))
+
+
+class _Along:
+    """A curve gone along with constant acceleration of its parameter in each step of a grid.
+
+    Args:
+        curve: joint values by parameter.
+        grid: (G,) share of the parameter's range.
+        speed: (G,) of the share at the grid [1/s].
+    """
+
+    def __init__(self, curve: JointCurve, grid: Array, speed: Array) -> None:
+        self.curve, self.grid, self.speed = curve, grid, speed
+        steps = 2.0 * np.diff(grid) / (speed[:-1] + speed[1:])
+        self.times = np.concatenate([[0.0], np.cumsum(steps)])
+        self.pull = np.diff(speed**2) / (2.0 * np.diff(grid))
+
+    def __call__(self, t: Array) -> State:
+        i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.pull) - 1)
+        past = t - self.times[i]
+        pull = self.pull[i][:, None]
+        speed = (self.speed[i] + past * self.pull[i])[:, None]
+        share = self.grid[i] + past * (self.speed[i] + 0.5 * past * self.pull[i])
+        geometry = _Geometry(self.curve)
+        share = np.clip(share, 0.0, 1.0)
+        first = geometry(share, 1)
+        second = geometry(share, 2) * speed**2 + first * pull
+        return State(geometry(share), first * speed, second)
+
+
+@dataclass(frozen=True, eq=False)
+class _Geometry:
+    """A curve by the share of its parameter's range, in the form that toppra asks for."""
+
+    curve: JointCurve
+
+    @property
+    def dof(self) -> int:
+        return int(self.curve.values.shape[1])
+
+    @property
+    def path_interval(self) -> Array:
+        return np.array([0.0, 1.0])
+
+    @property
+    def waypoints(self) -> None:
+        return None
+
+    def __call__(self, share: Any, order: int = 0) -> Array:
+        first, last = self.curve.s[0], self.curve.s[-1]
+        values = self.curve(first + np.asarray(share) * (last - first), order)
+        return np.asarray(values * (last - first) ** order)
+
+
+@dataclass(frozen=True, eq=False)
+class _Phases:
+    """Constant jerk in phases, joint by joint.
+
+    Attributes:
+        start: (n, 8) time at which each phase begins.
+        q: (n, 8) there, and likewise velocity and acceleration.
+        jerk: (n, 8), zero in the last, in which the joint rests.
+    """
+
+    start: Array
+    q: Array
+    velocity: Array
+    acceleration: Array
+    jerk: Array
+
+    def __call__(self, t: Array) -> State:
+        # the phase of each joint (N, n): the last that has begun
+        phase = (self.start[None] <= t[:, None, None]).sum(axis=2) - 1
+        joint = np.arange(len(self.start))
+        past = t[:, None] - self.start[joint, phase]
+        q, v = self.q[joint, phase], self.velocity[joint, phase]
+        a, j = self.acceleration[joint, phase], self.jerk[joint, phase]
+        return State(
+            q + past * (v + past * (a / 2.0 + past * j / 6.0)),
+            v + past * (a + past * j / 2.0),
+            a + past * j,
+        )
+
+
+def _phases(profile: Any) -> tuple[Array, ...]:
+    """Start times, values, speeds, accelerations and jerks (8,) of the phases of one joint."""
+    start = np.concatenate([[0.0], np.cumsum(profile.t)])
+    q, velocity, acceleration = (np.array(row) for row in (profile.p, profile.v, profile.a))
+    # the joint rests in the last phase, and exactly where it is to go
+    q[-1], velocity[-1], acceleration[-1] = profile.pf, 0.0, 0.0
+    return start, q, velocity, acceleration, np.append(profile.j, 0.0)
+
+
+def _limits(value: ArrayLike, n: int, name: str) -> Array:
+    """Positive limits (n,) from one number or n."""
+    array = se3.as_real(value, name)
+    if array.shape not in ((), (n,)):
+        raise InputError(f"{name} must be one number or ({n},), got {array.shape}")
+    limits = np.broadcast_to(array, (n,)).astype(np.float64)
+    bad = ~((limits > 0.0) & (limits <= 1e9))
+    if bad.any():
+        joint = int(np.argmax(bad))
+        raise InputError(
+            f"{name} must be positive and finite, got {limits[joint]:g} for joint {joint}"
+            " (counted from 0)"
+        )
+    return limits
+
+
+def _inside(robot: Robot, value: ArrayLike, name: str) -> Array:
+    q = se3.as_joints(value, robot.dof, name)
+    if q.ndim != 1:
+        raise InputError(f"{name} must have shape ({robot.dof},), got {q.shape}")
+    low, high = robot.limits.T
+    out = (q < low - LIMIT_SLACK) | (q > high + LIMIT_SLACK)
+    if out.any():
+        j = int(np.argmax(out))
+        raise InputError(
+            f"{name}: joint {robot.joint_names[j]!r} is at {q[j]:g}, outside its limits"
+            f" {low[j]:g} to {high[j]:g}"
+        )
+    return q

@@ -1,0 +1,510 @@
+"""Tracked paths: against every sequence of branches, at singularities, limits and obstacles."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import kinverse as kv
+from kinverse.bench import cases
+from kinverse.bench.splines import Spline
+from kinverse.errors import InputError, NoClosedForm
+from kinverse.paths import Path, Reason, Samples, track
+from kinverse.paths.collision import Capsules
+
+ARMS = ["kr16", "puma560", "ur5", "iiwa14", "planar3r"]
+
+
+class Curve:
+    """A path that can be evaluated: forward kinematics of a curve in joint space."""
+
+    def __init__(self, robot, q):
+        self.robot, self.q = robot, q
+
+    def __call__(self, s):
+        return self.robot.fk(self.q(np.asarray(s)))
+
+    def sample(self, count):
+        return self(np.linspace(0.0, 1.0, count))
+
+
+def straight(start, end):
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    return lambda s: start + s[:, None] * (end - start)
+
+
+def check(robot, found, limit=0.5, away=0.0):
+    """What holds of every answer."""
+    low, high = robot.limits.T
+    q = found.q[found.ok]
+    assert ((q >= low) & (q <= high)).all()
+    assert np.allclose(robot.fk(q), found.T[found.ok], atol=1e-6)
+    assert np.isnan(found.q[~found.ok]).all() and (found.branch[~found.ok] == -1).all()
+    assert found.largest_step <= limit + 1e-12
+    # runs and lost samples are all samples, each once
+    covered = [i for a, b in found.intervals for i in range(a, b)]
+    lost = [i for gap in found.gaps for i in range(gap.start, gap.end)]
+    assert sorted(covered + lost) == list(range(len(found)))
+    assert np.array_equal(np.sort(covered), np.flatnonzero(found.ok))
+    breaks = {gap.start for gap in found.gaps if gap.is_break}
+    touching = {b for _, b in found.intervals} & {a for a, _ in found.intervals}
+    assert breaks == touching
+    steps = [np.abs(np.diff(part, axis=0)).max(axis=1).sum() for part in found.segments()]
+    assert found.cost == pytest.approx(sum(steps) + away, abs=1e-9)
+
+
+# ---------------------------------------------------------------------------- the best way
+@pytest.mark.parametrize("name", ARMS)
+def test_a_smooth_path_is_tracked_to_its_end(name):
+    robot = kv.load(name)
+    q = cases.path(robot, 40)
+    found = track(robot, robot.fk(q), task="planar" if name == "planar3r" else "pose")
+    assert found.is_whole and found.intervals == ((0, 40),)
+    assert found.cost <= np.abs(np.diff(q, axis=0)).max(axis=1).sum() + 1e-9
+    assert found.s is None and np.isnan(found.deviation)
+
+
+def sequences(solver, T, size):
+    """Fewest breaks and least cost: every sequence of nodes, written out."""
+    found = solver.solve(T)
+    ends = np.cumsum(found.count)
+    layers = [np.arange(e - c, e) for e, c in zip(ends, found.count, strict=True)]
+    live = [i for i, layer in enumerate(layers) if len(layer)]
+    best = (0, 0.0) if not live else (10**6, 0.0)
+    for way in itertools.product(*(layers[i] for i in live)) if live else ():
+        breaks, cost = 0, 0.0
+        for (i, a), (j, b) in itertools.pairwise(zip(live, way, strict=True)):
+            step = size(found.q[b] - found.q[a])
+            largest = np.abs(found.q[b] - found.q[a]).max()
+            if j == i + 1 and largest <= 0.5 and found.branch[a] == found.branch[b]:
+                cost += step
+            else:
+                breaks += 1
+        best = min(best, (breaks, cost))
+    return best
+
+
+SIZES = {
+    "max": lambda d: np.abs(d).max(),
+    "l2": np.linalg.norm,
+    "time": lambda d: (np.abs(d) / np.arange(1.0, 7.0)).max(),
+}
+
+
+@pytest.mark.parametrize("metric", SIZES)
+@pytest.mark.parametrize("name", ["kr16", "puma560"])
+def test_short_paths_are_the_best_of_all_sequences(name, metric):
+    robot = kv.load(name)
+    # a narrower arm has few windings, so that all sequences can be written out
+    low, high = robot.limits.T
+    robot = robot.with_limits(np.column_stack([np.maximum(low, -3.3), np.minimum(high, 3.3)]))
+    solver = kv.Analytic(windings="all").fit(robot)
+    speed = {"max_velocity": np.arange(1.0, 7.0)} if metric == "time" else {}
+    done = 0
+    for seed in range(60):
+        T = Spline(robot, seed).sample(7)
+        count = solver.solve(T).count
+        if not 1 <= np.prod(np.maximum(count, 1.0)) <= 1000:
+            continue
+        found = track(robot, T, metric=metric, **speed)
+        breaks, cost = sequences(solver, T, SIZES[metric])
+        ours = max(len(found.intervals) - 1, 0)
+        changes = [len(set(found.branch[a:b].tolist())) - 1 for a, b in found.intervals]
+        if any(changes):  # passing a singularity has saved a break
+            assert ours < breaks
+            continue
+        assert (ours, found.cost) == (breaks, pytest.approx(cost, abs=1e-9))
+        done += 1
+    assert done >= 5
+
+
+@pytest.mark.parametrize("name", ["kr16", "puma560", "ur5", "iiwa14"])
+def test_random_paths_hold_what_is_promised(name):
+    robot = kv.load(name)
+    for seed in range(3 if name == "iiwa14" else 12):
+        check(robot, track(robot, Spline(robot, 500 + seed), samples=40))
+
+
+def test_windings_are_chosen_along_the_whole_path():
+    robot = kv.load("kr16")
+    # joint 6 ends near its upper limit: it must begin a turn lower than is nearest the middle
+    ends = np.radians([[0, -70, 60, 20, 40, -100], [10, -70, 60, 20, 40, 340]])
+    found = track(robot, Curve(robot, straight(*ends)), samples=100)
+    assert found.is_whole
+    assert np.ptp(found.q[:, 5]) == pytest.approx(np.radians(440), abs=1e-6)
+
+
+def test_the_path_begins_where_the_arm_is():
+    robot = kv.load("kr16")
+    q = cases.path(robot, 20)
+    T = robot.fk(q)
+    for start in kv.solve(robot, T[0]).q:
+        found = track(robot, T, q_start=start)
+        assert np.abs(found.q[0] - start).max() < 1e-6
+    # far from all solutions: the way there counts
+    far = np.clip(q[0] + 1.5, *robot.limits.T)
+    found = track(robot, T, q_start=far)
+    along = np.abs(np.diff(found.q, axis=0)).max(axis=1).sum()
+    assert found.cost == pytest.approx(along + np.abs(found.q[0] - far).max())
+
+
+def test_repeated_poses_are_no_step():
+    robot = kv.load("ur5")
+    T = np.repeat(robot.fk(cases.path(robot, 5)), 3, axis=0)
+    found = track(robot, T)
+    assert found.is_whole
+    same = np.abs(np.diff(found.q, axis=0)).max(axis=1).reshape(-1)[[0, 1, 3, 4]]
+    assert same.max() == 0.0
+
+
+def test_the_largest_step_of_each_joint_is_held():
+    robot = kv.load("puma560")
+    q = cases.path(robot, 60)
+    T = robot.fk(q)
+    steps = np.abs(np.diff(q, axis=0)).max(axis=0)
+    assert track(robot, T, max_step=steps * 1.001).is_whole
+    tight = steps * 1.001
+    tight[2] *= 0.8
+    found = track(robot, T, max_step=tight)
+    assert not found.is_whole
+    assert {gap.code for gap in found.gaps} == {Reason.STEP}
+    for part in found.segments():
+        assert (np.abs(np.diff(part, axis=0)) <= tight + 1e-9).all()
+
+
+# ---------------------------------------------------------------------------- singularities
+def test_a_path_through_a_wrist_singularity_is_followed():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 20, 30, 10], [20, -60, 70, 30, -30, 40]])
+    for count in (40, 41):  # with and without a sample in the very singularity
+        curve = Curve(robot, straight(*ends))
+        found = track(robot, curve, q_start=ends[0], samples=count)
+        assert found.is_whole, found
+        assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
+        assert len(set(found.branch.tolist())) > 1
+
+
+def test_a_path_that_begins_in_a_singularity_is_followed():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 50, 0, -80], [20, -60, 70, 60, 30, -60]])
+    for q in (ends, ends[::-1]):
+        found = track(robot, Curve(robot, straight(*q)), q_start=q[0], samples=30)
+        assert found.is_whole and np.abs(np.diff(found.q, axis=0)).max() < 0.1
+
+
+def test_a_path_that_stays_in_a_singularity_is_followed():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 50, 0, -80], [40, -40, 70, 90, 0, -60]])
+    found = track(robot, robot.fk(straight(*ends)(np.linspace(0, 1, 30))), max_step=0.2)
+    assert found.is_whole
+
+
+def test_no_branch_is_changed_beside_a_singularity():
+    robot = kv.load("puma560")
+    low, high = robot.limits.T
+    # the elbow all but stretched, the shoulder driven to its limit: the other elbow is 0.1 rad away
+    fold = np.arctan2(0.0203, 0.4318)  # of the stretched arm
+    ends = np.array([[0.0, high[1] - 0.3, np.pi / 2 + fold - 0.05, 0.3, 0.5, 0.2]] * 2)
+    ends[1, 1] = high[1] + 0.2
+    T = kv.Robot.fk(robot, np.linspace(*ends, 60))
+    found = track(robot, T)
+    check(robot, found)
+    for part, (a, b) in zip(found.segments(), found.intervals, strict=True):
+        assert len(set(found.branch[a:b].tolist())) == 1, part
+
+
+# ---------------------------------------------------------------------------- gaps
+def test_samples_out_of_reach_are_lost_and_nothing_else():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 50))
+    T[20:25, 0, 3] += 9.0
+    found = track(robot, T)
+    check(robot, found)
+    assert found.intervals == ((0, 20), (25, 50))
+    assert [(g.start, g.end, g.code) for g in found.gaps] == [(20, 25, Reason.OUT_OF_REACH)]
+
+
+def test_samples_out_of_limits_are_lost():
+    robot = kv.load("kr16")
+    q = cases.path(robot, 50)
+    narrow = robot.limits.copy()
+    narrow[0, 1] = np.quantile(q[:, 0], 0.7)
+    narrow[0, 0] = q[:, 0].min() - 0.1
+    found = track(robot.with_limits(narrow), robot.fk(q))
+    check(robot.with_limits(narrow), found)
+    assert any(g.code is Reason.OUT_OF_LIMITS for g in found.gaps)
+
+
+def test_a_joint_that_runs_into_its_limit_is_named():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 20, 40, 0], [0, -70, 60, 20, 40, 720]])
+    found = track(robot, robot.fk(straight(*ends)(np.linspace(0, 1, 200))))
+    check(robot, found)
+    assert found.ok.all() and len(found.gaps) == 1
+    gap = found.gaps[0]
+    assert gap.code is Reason.OUT_OF_LIMITS and robot.joint_names[5] in gap.text
+    # it can turn by 700 degrees
+    assert 500 < 720 * gap.barrier / 199 <= 700
+
+
+def test_a_jump_is_told():
+    robot = kv.load("kr16")
+    q = cases.path(robot, 40)
+    q[20:, 0] += 0.9
+    found = track(robot, robot.fk(q))
+    assert found.intervals == ((0, 20), (20, 40))
+    assert found.gaps[0].code is Reason.STEP and "jumps" in found.gaps[0].text
+
+
+def test_a_singularity_that_cannot_be_passed_is_told():
+    robot = kv.load("kr16")
+    # the wrist is stretched, then bent to another side: joint 4 would have to turn at one pose
+    corner = np.radians([0, -70, 60, 0, 0, 0])
+    to = straight(corner + np.radians([0, 0, 0, 0, 30, 0]), corner)
+    there = straight(corner, corner + np.radians([0, 0, 0, 0, 30, 0]))
+    q = np.concatenate([to(np.linspace(0, 1, 20)), there(np.linspace(0, 1, 20)[1:])])
+    q[20:, 3] = np.pi / 2
+    q[20:, 5] = -np.pi / 2
+    found = track(robot, robot.fk(q), q_start=q[0])
+    check(robot, found, away=np.abs(found.q[0] - q[0]).max())
+    assert found.ok.all() and [gap.code for gap in found.gaps] == [Reason.SINGULARITY]
+    assert abs(found.gaps[0].start - 20) <= 1
+
+
+def test_what_stands_in_the_way_is_told():
+    robot = kv.load("kr16")
+    q = cases.path(robot, 50)
+    T = robot.fk(q)
+    x, y, z = T[25, :3, 3]
+    clear = Capsules(robot, 0.03, [[x, y, z, 0.02]], self_collision=False)
+    found = track(robot, T, keep=clear)
+    check(robot, found)
+    assert {gap.code for gap in found.gaps} == {Reason.COLLISION}
+    assert clear(found.q[found.ok]).all() and not found.ok[25]
+
+
+def test_a_predicate_chooses_the_branch():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 30))
+    free = track(robot, T)
+    side = free.q[:, 4] > 0
+    assert side.all() or not side.any()
+    other = track(robot, T, keep=lambda q: (q[:, 4] > 0) != side[0])
+    assert other.is_whole and ((other.q[:, 4] > 0) != side[0]).all()
+    # it sees windings, not only the one nearest the middle of the limits
+    high = track(robot, T, keep=lambda q: q[:, 5] > 0)
+    assert high.ok.all() and (high.q[:, 5] > 0).all()
+
+
+def test_a_break_by_a_predicate_is_told():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 30))
+    first, second = (kv.solve(robot, T[k]) for k in (10, 20))
+    other = int(np.argmax(second.branch != first.branch[0]))
+    apart = first.q[0], second.q[other]
+
+    def keep(values):
+        # nothing but one branch at sample 10, another one at sample 20
+        mask = np.ones(len(values), bool)
+        for k, one in zip((10, 20), apart, strict=True):
+            there = np.abs(robot.fk(values) - T[k]).max(axis=(1, 2)) < 1e-6
+            mask &= ~there | (np.abs(values - one).max(axis=1) < 1e-6)
+        return mask
+
+    found = track(robot, T, keep=keep)
+    assert found.ok.all() and [gap.code for gap in found.gaps] == [Reason.COLLISION]
+    assert found.branch[10] == first.branch[0] and found.branch[20] == second.branch[other]
+
+
+def test_nothing_at_all_is_an_answer():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 5))
+    T[:, 0, 3] += 9.0
+    found = track(robot, T)
+    assert not found.ok.any() and found.intervals == () and found.cost == 0.0
+    assert found.segments() == () and found.largest_step == 0.0
+    assert [(g.start, g.end, g.code) for g in found.gaps] == [(0, 5, Reason.OUT_OF_REACH)]
+
+
+# ---------------------------------------------------------------------------- other solvers
+def test_a_search_tracks_what_has_no_closed_form():
+    robot = kv.load("kr16")
+    q = cases.path(robot, 40)
+    found = track(robot, robot.fk(q), solver="numerical")
+    assert found.is_whole
+    assert found.cost == pytest.approx(track(robot, robot.fk(q)).cost, rel=1e-3)
+    general = kv.load("jaco2")
+    q = cases.path(general, 30)
+    assert track(general, general.fk(q)).is_whole
+    # a task with joints to spare
+    T = robot.fk(cases.path(robot, 20))
+    found = track(robot, T, task="position")
+    assert found.is_whole
+    assert np.allclose(robot.fk(found.q)[:, :3, 3], T[:, :3, 3], atol=1e-6)
+    with pytest.raises(NoClosedForm):
+        track(robot, T, solver="analytic", task="position")
+
+
+def test_a_solver_object_brings_its_task_and_tolerance():
+    robot = kv.load("planar3r")
+    T = robot.fk(cases.path(robot, 20))
+    for solver in (kv.Analytic(task="planar", windings="all"), kv.Numerical(task="planar")):
+        assert track(robot, T, solver=solver).is_whole
+        assert not solver.is_fitted
+    with pytest.raises(InputError, match="task"):
+        track(robot, T, solver=kv.Numerical(), task="planar")
+
+
+def test_seven_joints_move_less_with_what_they_have_to_spare():
+    robot = kv.load("iiwa14")
+    q = cases.path(robot, 60)
+    found = track(robot, robot.fk(q))
+    check(robot, found)
+    assert found.is_whole
+    assert found.cost < np.abs(np.diff(q, axis=0)).max(axis=1).sum()
+    # steps finer than the grid
+    small = track(robot, robot.fk(q), max_step=0.03)
+    assert small.is_whole and small.largest_step <= 0.03 + 1e-9
+
+
+# ---------------------------------------------------------------------------- samples added
+def test_samples_are_added_until_the_tool_stays_near_the_path():
+    robot = kv.load("kr16")
+    every = (Spline(robot, seed) for seed in range(99))
+    path = next(path for path in every if track(robot, path, samples=21).is_whole)
+    plain = track(robot, path, samples=21)
+    found = track(robot, path, tolerance=1e-5, samples=21)
+    assert found.is_whole and len(found) > len(plain)
+    assert found.deviation <= 1e-5
+    assert np.isin(plain.s, found.s).all() and (np.diff(found.s) > 0).all()
+    # not only half-way
+    for u in (0.2, 0.37, 0.7):
+        between = found.q[:-1] + u * np.diff(found.q, axis=0)
+        wanted = path(found.s[:-1] + u * np.diff(found.s))
+        assert np.linalg.norm((robot.fk(between) - wanted)[:, :3, 3], axis=1).max() < 1.5e-5
+
+
+def test_samples_are_added_where_steps_are_too_large():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 20, 40, 0], [90, -40, 60, 20, 60, 200]])
+    curve = Curve(robot, straight(*ends))
+    assert not track(robot, curve, samples=4).is_whole
+    found = track(robot, curve, tolerance=1e-3, samples=4)
+    assert found.is_whole and found.largest_step <= 0.5
+
+
+def test_redundant_arms_are_refined_too():
+    robot = kv.load("iiwa14")
+    q = cases.path(robot, 40)
+    grid = np.linspace(0, 1, 40)
+    smooth = Curve(robot, lambda s: np.column_stack([np.interp(s, grid, c) for c in q.T]))
+    found = track(robot, smooth, tolerance=1e-3, samples=14)
+    assert found.is_whole and found.deviation <= 1e-3
+
+
+# ---------------------------------------------------------------------------- bad input
+@pytest.fixture(scope="module")
+def kr16():
+    robot = kv.load("kr16")
+    return robot, robot.fk(cases.path(robot, 6))
+
+
+BAD = [
+    ({"metric": "mean"}, "metrics are max, l2, time"),
+    ({"metric": "time"}, "max_velocity"),
+    ({"max_velocity": 1.0}, "max_velocity"),
+    ({"metric": "time", "max_velocity": 0.0}, "max_velocity must be positive"),
+    ({"max_step": 0.0}, "max_step must be positive"),
+    ({"max_step": [0.1, 0.2]}, "max_step"),
+    ({"max_step": np.nan}, "max_step"),
+    ({"max_step": 3.5}, "joint1"),
+    ({"q_start": np.zeros(5)}, "q_start"),
+    ({"q_start": np.zeros((2, 6))}, "q_start"),
+    ({"q_start": [9.0, 0, 0, 0, 0, 0]}, "outside its limits"),
+    ({"keep": 3}, "keep"),
+    ({"keep": lambda q: q}, "keep must return"),
+    ({"keep": lambda q: np.ones(3, bool)}, "keep must return"),
+    ({"tolerance": 1e-3}, "sample"),
+    ({"tolerance": 0.0}, "tolerance must be positive"),
+    ({"tolerance": True}, "tolerance must be a number"),
+    ({"solver": "magic"}, "unknown solver"),
+    ({"solver": kv.Analytic}, "solver"),
+    ({"task": "fly"}, "unknown task"),
+]
+
+
+@pytest.mark.parametrize("change, said", BAD)
+def test_bad_arguments_are_named(kr16, change, said):
+    with pytest.raises(InputError, match=said):
+        track(*kr16, **change)
+
+
+def test_bad_paths_are_named(kr16):
+    robot, T = kr16
+    with pytest.raises(InputError, match="two poses"):
+        track(robot, T[0])
+    with pytest.raises(InputError, match="two poses"):
+        track(robot, T[:0])
+    broken = T.copy()
+    broken[3, 0, 3] = np.nan
+    with pytest.raises(InputError, match="3"):
+        track(robot, broken)
+    with pytest.raises(InputError, match="rigid|rotation|orthonormal"):
+        track(robot, 2.0 * T)
+    with pytest.raises(InputError, match="Robot"):
+        track("kr16", T)
+
+
+def test_bad_path_objects_are_named(kr16):
+    robot, T = kr16
+
+    class Given:
+        def __init__(self, sample, call):
+            self.given, self.call = sample, call
+
+        def sample(self, count):
+            return self.given
+
+        def __call__(self, s):
+            return self.call(s)
+
+    with pytest.raises(InputError, match="increase"):
+        track(robot, Samples(T, np.zeros(6)))
+    with pytest.raises(InputError, match="s must be"):
+        track(robot, Samples(T, np.arange(5.0)))
+    with pytest.raises(InputError, match="differs from its samples"):
+        track(robot, Given(T, lambda s: np.tile(T[0], (len(s), 1, 1))))
+    with pytest.raises(InputError, match="must return"):
+        track(robot, Given(T, lambda s: T[0]))
+
+
+def test_paths_of_the_package_and_their_samples_are_tracked():
+    robot = kv.load("kr16")
+    start, end = robot.fk(np.radians([[0, -70, 60, 20, 40, 0], [20, -60, 50, 20, 40, 0]]))
+    path = Path.line(start, end)
+    found = track(robot, path, samples=30)
+    assert len(found) == 30 and found.is_whole and found.s[-1] == pytest.approx(path.length)
+    same = track(robot, path.sample(count=30))
+    assert np.array_equal(same.q, found.q) and np.array_equal(same.s, found.s)
+    fine = track(robot, path, samples=5, tolerance=1e-5)
+    assert fine.is_whole and fine.deviation <= 1e-5 and len(fine) > 5
+    with pytest.raises(InputError, match="tolerance"):
+        track(robot, path.sample(count=30), tolerance=1e-5)
+
+
+def test_limits_without_end_are_refused():
+    robot = kv.load("kr16").with_limits(np.tile([-100.0, 100.0], (6, 1)))
+    with pytest.raises(InputError, match="windings"):
+        track(robot, robot.fk(np.zeros((3, 6))))
+
+
+def test_answers_are_read_only_and_tell_themselves(kr16):
+    robot, T = kr16
+    found = track(robot, T)
+    with pytest.raises(ValueError):
+        found.q[0] = 0.0
+    assert "6 of 6 samples" in repr(found) and len(found) == 6
+    moved = T.copy()
+    moved[2, 0, 3] += 9.0
+    assert "OUT_OF_REACH" in repr(track(robot, moved))
+    assert T.flags.writeable
