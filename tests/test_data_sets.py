@@ -398,3 +398,11 @@ def test_bad_seeds_are_refused(kr16):
         sample(kr16, 5, random_state="seed")
     with pytest.raises(kv.InputError, match="random_state as a seed"):
         sample(kr16, 5, random_state=-1)
+
+
+def test_a_planar_arm_of_four_joints_is_not_singular_everywhere():
+    robot = Robot.from_dh(a=[0.4, 0.3, 0.2, 0.1], d=0.0, alpha=0.0, joints="RRRR")
+    bent, straight = [0.3, 0.8, -1.1, 0.6], [0.3, 0.0, 0.0, 0.0]
+    for task in ("pose", "planar"):
+        keep = far_from_singularity(robot, least=0.01, task=task)
+        assert keep(np.array([bent, straight])).tolist() == [True, False]

@@ -42,6 +42,10 @@ SAME = 1e-5
 branches meet, rounding takes half the digits."""
 
 
+NO_RANK = 1e-7
+"""Below this part of the greatest singular value a direction is none, at generic postures."""
+
+
 class BranchSolver(Protocol):
     """A fitted solver that numbers its branches, such as :class:`kinverse.Analytic`."""
 
@@ -142,7 +146,8 @@ def far_from_singularity(robot: Robot, *, least: float = 0.01, task: str = "pose
 
     Measured by the least singular value over the greatest (the inverse condition number; Salisbury
     & Craig, Int. J. Robotics Research 1(1), 1982) of the task's Jacobian in one unit: lengths in
-    the reach of the arm (the distances from axis to axis and to the tool, added up).
+    the reach of the arm (the distances from axis to axis and to the tool, added up). Directions
+    that the arm never has, such as those out of the plane of a planar arm, do not count.
 
     Args:
         robot: the arm.
@@ -253,12 +258,26 @@ def _inside(low: Array, high: Array, q: Array) -> Bools:
 
 
 def _well_conditioned(robot: Robot, least: float, task: str, q: Array) -> Bools:
+    values = _singular_values(robot, task, q)
+    # a planar arm of four joints has four columns and three directions: the fourth value is 0
+    ratio = _singular_values(robot, task, _generic(robot))
+    rank = max(1, int((ratio > NO_RANK * ratio[:, :1]).sum(axis=1).max()))
+    return np.asarray(values[:, rank - 1] >= least * values[:, 0])
+
+
+def _generic(robot: Robot) -> Array:
+    """Postures (8, n) that are singular by chance only: fractions of the golden ratio."""
+    steps = np.outer(np.arange(1, 9), np.arange(1, robot.dof + 1))
+    return np.asarray(np.mod(steps * 0.6180339887, 1.0) * 4.0 - 2.0)
+
+
+def _singular_values(robot: Robot, task: str, q: Array) -> Array:
+    """Of the task's Jacobian in one unit, (M, k) in falling order."""
     slides = np.zeros(robot.dof, dtype=np.bool_)
     slides[robot.source[[kind == "P" for kind in robot.kinds]]] = True
     reach = axis_lines(robot.frames, robot.kinds).size
     J = as_task(task).constrained(robot.jacobian(q), robot.fk(q))
-    values = np.linalg.svd(homogeneous(J, reach, task, slides), compute_uv=False)
-    return np.asarray(values[:, -1] >= least * values[:, 0])
+    return np.asarray(np.linalg.svd(homogeneous(J, reach, task, slides), compute_uv=False))
 
 
 def _of_branch(solver: BranchSolver, number: int, q: Array) -> Bools:
