@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import kinverse as kv
+import oracle
 from kinverse.networks import MLP
+from kinverse.paths import track
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +91,16 @@ def test_training_uses_as_many_blas_threads_as_the_library():
     assert set(seen) == {1}
     assert set(after) <= {1, 2}
     assert after
+
+
+def test_track_uses_a_trained_solver_as_it_is(trained, monkeypatch):
+    robot = kv.load("planar3r")
+    refuse_training(monkeypatch)
+    q = np.linspace([0.2, 0.9, 0.4], [0.6, 1.2, 0.1], 12)
+    found = track(robot, robot.fk(q), solver=trained)
+    assert found.ok.all()
+    assert np.abs(oracle.robot_fk(robot, found.q[5]) - oracle.robot_fk(robot, q[5])).max() < 1e-5
+    # out of reach from the middle on: what would explain the gap is searched for, not trained for
+    away = robot.fk(q)
+    away[6:, 0, 3] += 1.0
+    assert track(robot, away, solver=trained).ok.tolist() == [True] * 6 + [False] * 6

@@ -72,6 +72,11 @@ def branches_of(robot: "Robot", solver: str | Solver, task: str) -> Branches:
         return _chosen(make_solver(solver, robot, task), robot)
     if not isinstance(solver, Solver):
         raise InputError(f"solver must be a name or a solver object, got {solver!r}")
+    if solver._trains and solver.is_fitted:
+        ready = solver._ready(robot)
+        if ready.settings_.limits != "hold":
+            raise InputError("track holds the limits: train the solver with limits='hold'")
+        return SearchedBranches(ready)
     return _chosen(solver.clone(), robot)
 
 
@@ -225,8 +230,9 @@ class SearchedBranches:
         return None
 
     def on(self, robot: "Robot") -> "SearchedBranches":
-        """The same for another robot."""
-        return SearchedBranches(self.solver.clone().fit(robot))
+        """The same for another robot; for one without its limits nothing is trained again."""
+        search = self.follower if self.solver._trains else self.solver
+        return SearchedBranches(search.clone().fit(robot))
 
 
 def follower(solver: Solver) -> Numerical:
