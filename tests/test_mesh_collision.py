@@ -120,6 +120,18 @@ def test_a_flat_link_passes_where_a_capsule_about_it_does_not(cell):
     assert distance == pytest.approx(0.124 * np.cos(0.1) - 0.2 * np.sin(0.1) - 0.12, abs=1e-6)
 
 
+def test_meshes_of_boxes_are_judged_as_boxes_are(cell):
+    def boxes(i, end):
+        size = f"{end[0] / 2} 0.02 0.02"
+        return f'<geom type="box" size="{size}" pos="{end[0] / 2} 0 0"/>' if i else ""
+
+    spheres = balls([[0.5, 0.3, 0.0, 0.1], [-0.3, -0.3, 0.03, 0.2]])
+    mesh = MeshCollision(FLAT, cell(spheres))
+    plain = MeshCollision(FLAT, mjcf(FLAT, boxes, spheres))
+    q = FLAT.random(2000, 4)
+    assert np.array_equal(mesh(q), plain(q)) and 200 < mesh(q).sum() < 1800
+
+
 def test_a_folded_arm_meets_itself_and_what_may_touch_is_left_out(cell):
     model = cell()
     q = np.array([[0.0, 0.3, 0.3], [0.0, 2.8, 1.9]])  # the last link lies across the first
