@@ -13,6 +13,7 @@ from kinverse.paths import (
     ToolCurve,
     Trajectory,
     deviation,
+    minimum_jerk,
     named_path,
     named_samples,
     point_to_point,
@@ -223,6 +224,21 @@ def test_a_straight_move_is_the_textbooks():
     assert retime(JointCurve(s, s[:, None]), 1.0, 2.0).duration == pytest.approx(3.5, rel=1e-3)
     short = retime(JointCurve(s, s[:, None] / 30), 1.0, 2.0).duration
     assert short == pytest.approx(2 * np.sqrt(0.1 / 2), rel=1e-3)
+
+
+def test_the_least_jerk_begins_and_ends_at_rest(curve):
+    motion = minimum_jerk(curve, 2.0)
+    state = check_motion(motion, np.inf, np.inf)
+    assert np.abs(state.acceleration[[0, -1]]).max() < 1e-9
+    np.testing.assert_allclose(state.q[[0, -1]], curve.values[[0, -1]], atol=1e-12)
+    # half the way in half the time, and no motion in other times but slower
+    np.testing.assert_allclose(motion(1.0).q, curve(np.mean(curve.s[[0, -1]])), atol=1e-12)
+    np.testing.assert_allclose(minimum_jerk(curve, 4.0)(1.0).velocity, motion(0.5).velocity / 2)
+    for bad in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(kv.InputError, match="duration"):
+            minimum_jerk(curve, bad)
+    with pytest.raises(kv.InputError, match="JointCurve"):
+        minimum_jerk(motion, 1.0)
 
 
 def test_a_corner_is_passed_within_limits(robot, follow):

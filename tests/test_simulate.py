@@ -6,6 +6,7 @@ import pytest
 import kinverse as kv
 import oracle
 from kinverse.errors import InputError
+from kinverse.paths import JointCurve, Trajectory, minimum_jerk, retime
 from kinverse.paths.links import Link, default_links
 from kinverse.paths.simulate import Effort, simulate
 
@@ -38,6 +39,33 @@ def test_computed_torque_follows_the_path(kr16):
     run = simulate(kr16, *motion())
     assert run.ok and run.position_error.max() < 1e-4
     assert run.constraint_force.max() == 0.0
+
+
+def test_a_trajectory_is_played_as_it_is(kr16):
+    share = np.linspace(0.0, 1.0, 21)
+    curve = JointCurve(share, START + share[:, None] * MOVE, 5)
+    run = simulate(kr16, retime(curve, 1.0, 4.0), control="prescribed")
+    speed = np.diff(run.q_wanted, axis=0) / np.diff(run.t)[:, None]
+    assert np.abs(speed).max() == pytest.approx(1.0, rel=1e-2)
+    # its acceleration begins at once: the torque is not that of an arm at rest
+    still = simulate(kr16, [0, 0.01], [run.q[0]] * 2, control="prescribed")
+    assert np.abs(run.torque[0] - still.torque[0]).max() > 10.0
+    # while one of least jerk begins and ends like it
+    smooth = minimum_jerk(curve, 1.0)
+    run = simulate(kr16, smooth, control="prescribed")
+    assert np.allclose(run.torque[0], still.torque[0])
+    t = np.linspace(0.0, 1.0, 41)
+    by_samples = simulate(kr16, t, smooth(t).q, control="prescribed")
+    assert np.allclose(by_samples.q, run.q, atol=1e-6)
+    assert np.allclose(by_samples.torques.rms, run.torques.rms, rtol=1e-3)
+
+
+@pytest.mark.parametrize("bandwidth", [5e3, 1e8])
+def test_the_simulator_never_begins_anew(kr16, tmp_path, monkeypatch, bandwidth, capfd):
+    monkeypatch.chdir(tmp_path)  # it would leave a log here
+    run = simulate(kr16, *motion(), control="servo", bandwidth=bandwidth)
+    assert not run.ok and len(run.t) < 20
+    assert not list(tmp_path.iterdir()) and capfd.readouterr().out == ""
 
 
 def test_it_forgives_wrong_masses_and_friction(kr16):
@@ -112,6 +140,9 @@ def test_an_unstable_run_stops_and_says_when(kr16):
         ({"t": [0.0, 1.0, 1.0]}, "t must increase: row 2"),
         ({"t": [0.0, np.nan, 2.0]}, "t is not finite at row 1"),
         ({"t": [0.0, 1.0]}, "shapes"),
+        ({"t": Trajectory.through([0, 1, 2, 3], np.zeros((4, 6)), 3)}, "either a Trajectory"),
+        ({"t": Trajectory.through([0, 1, 2, 3], np.zeros((4, 2)), 3), "q": None}, "has 2 joints"),
+        ({"q": None}, "q is missing"),
         ({"drive": "wheels"}, "drive must be 'joints' or 'tool'"),
         ({"control": "magic"}, "computed_torque, servo, prescribed"),
         ({"friction": -1.0}, "friction"),

@@ -18,6 +18,7 @@ from kinverse.cli.compare import compare
 from kinverse.cli.fk import fk
 from kinverse.cli.info import info
 from kinverse.cli.robots import robots
+from kinverse.cli.simulate import simulate
 from kinverse.cli.solve import solve
 from kinverse.cli.track import track
 from kinverse.cli.train import train
@@ -35,7 +36,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (robots, info, fk, solve, compare, train, track, calibrate):
+for _command in (robots, info, fk, solve, compare, train, track, simulate, calibrate):
     app.command()(_command)
 
 

@@ -15,6 +15,7 @@ __all__ = [
     "Base",
     "Degrees",
     "Json",
+    "PathName",
     "RobotName",
     "Task",
     "Tip",
@@ -28,13 +29,23 @@ __all__ = [
 RobotName = Annotated[
     str, typer.Argument(metavar="ROBOT", help="A catalogue name or a .urdf, .xml or .toml file.")
 ]
+PathName = Annotated[
+    str,
+    typer.Argument(
+        metavar="PATH",
+        help="A .csv, .npz or .npy file of poses, or a named path such as masajedi_straight.",
+    ),
+]
 Base = Annotated[str | None, typer.Option(help="Link the chain starts from (files only).")]
 Tip = Annotated[str | None, typer.Option(help="Link the chain ends at (files only).")]
 Degrees = Annotated[bool, typer.Option("--degrees", help="All angles in degrees, not radians.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar or schoenflies.")]
 
-LISTS = ("--pose", "--q", "--q-seed", "--q-start", "--region")
+LISTS = (
+    *("--pose", "--q", "--q-seed", "--q-start", "--region"),
+    *("--velocity", "--acceleration", "--gravity"),
+)
 
 
 def join_numbers(argv: Iterable[str]) -> list[str]:

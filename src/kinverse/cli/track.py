@@ -1,4 +1,4 @@
-"""``kinverse track``: a file of poses in, joint values along it and the reasons of gaps out."""
+"""``kinverse track``: a path of poses in, joint values along it and the reasons of gaps out."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +9,7 @@ from kinverse.cli._args import (
     Base,
     Degrees,
     Json,
+    PathName,
     RobotName,
     Task,
     Tip,
@@ -22,7 +23,7 @@ __all__ = ["track"]
 
 def track(
     robot: RobotName,
-    path: Annotated[Path, typer.Argument(help="CSV file of poses, with a header, as for solve.")],
+    path: PathName,
     solver: Annotated[str, typer.Option(help="auto, analytic, numerical ...")] = "auto",
     task: Task = "pose",
     metric: Annotated[str, typer.Option(help="What a step costs: max or l2.")] = "max",
@@ -45,8 +46,8 @@ def track(
     import numpy as np
 
     import kinverse as kv
-    from kinverse.cli import _joint_path, _poses
-    from kinverse.cli._show import joint_kinds, note, note_turns, write_atomically
+    from kinverse.cli import _joint_path, _path
+    from kinverse.cli._show import joint_kinds, note, write_atomically
     from kinverse.paths import track as tracked
 
     if out is not None and out.suffix not in (".csv", ".json"):
@@ -55,11 +56,8 @@ def track(
         raise InputError(f"--out: there is no folder {out.parent}")
     if plot is not None:
         check_plot(plot)
-    given = _poses.from_csv(path, degrees, skip=False, task=task)
+    given = _path.given_path(path, degrees, task)
     arm = kv.load(robot, base=base, tip=tip)
-    note_turns([given.largest], degrees)
-    if given.ignored:
-        note(f"columns not read: {', '.join(given.ignored)}")
     turns = np.array([kind == "R" for kind in joint_kinds(arm)])
     scale = np.where(turns & degrees, np.pi / 180.0, 1.0)
     start = None

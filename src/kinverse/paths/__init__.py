@@ -17,6 +17,7 @@ from kinverse.paths.joint_curve import (
 )
 from kinverse.paths.joint_path import Gap, JointPath, Reason
 from kinverse.paths.links import Link, default_links
+from kinverse.paths.minimum_jerk import minimum_jerk
 from kinverse.paths.named import named_path, named_samples, path_names
 from kinverse.paths.orientation import Constant, Radial, Tangent
 from kinverse.paths.path import Path, Samples
@@ -50,6 +51,7 @@ __all__ = [
     "default_links",
     "deviation",
     "feasible",
+    "minimum_jerk",
     "named_path",
     "named_samples",
     "path_names",

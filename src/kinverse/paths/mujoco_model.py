@@ -1,6 +1,7 @@
 """A MuJoCo model made from a robot: a body for each joint, a site at the tool."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from kinverse.errors import InputError, MissingExtra
 from kinverse.paths.links import Link
 from kinverse.robot import Robot
 
-__all__ = ["mjcf", "model_of", "mujoco_or_extra"]
+__all__ = ["mjcf", "model_of", "mujoco_or_extra", "without_log"]
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,18 @@ def mujoco_or_extra() -> Any:
     except ImportError as error:
         raise MissingExtra("simulation", "sim") from error
     return mujoco
+
+
+@contextmanager
+def without_log() -> Iterator[None]:
+    """Within it MuJoCo's warnings are dropped; it would print them and write MUJOCO_LOG.TXT."""
+    mujoco = mujoco_or_extra()
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def mjcf(
@@ -80,10 +93,11 @@ def mjcf(
             '<equality><weld site1="hand" site2="tool"'
             f' solref="{2.0 * step!r} 1" solimp="0.99999 0.99999 0.001 0.5 2"/></equality>'
         )
+    # autoreset would put an unstable arm back to zero and let it go on
     return (
         f'<mujoco model="arm"><compiler angle="radian" autolimits="false"/>'
         f'<option timestep="{step!r}" gravity="{_text(gravity)}" integrator="implicitfast"'
-        ' iterations="200" tolerance="1e-12"><flag contact="disable"/></option>'
+        ' iterations="200" tolerance="1e-12"><flag contact="disable" autoreset="disable"/></option>'
         f"<worldbody>{held}{''.join(lines)}{''.join(closing)}</worldbody>{weld}</mujoco>"
     )
 

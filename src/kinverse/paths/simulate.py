@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.links import Link, links_of
-from kinverse.paths.mujoco_model import mjcf, model_of, mujoco_or_extra
+from kinverse.paths.mujoco_model import mjcf, model_of, mujoco_or_extra, without_log
+from kinverse.paths.trajectory import Trajectory
+from kinverse.paths.wanted import Wanted, wanted_motion
 from kinverse.robot import Robot
 
 __all__ = ["Effort", "Simulation", "simulate"]
@@ -22,7 +24,7 @@ CONTROLS = ("computed_torque", "servo", "prescribed")
 BANDWIDTH = 300.0
 """Of the controllers: their error decays as exp(-BANDWIDTH t), critically damped [rad/s]."""
 WELD_LAG = 4
-MOST_STEPS = 5_000_000
+"""Steps by which what holds the tool lags behind."""
 FASTEST = 1e4
 """Joint speed [rad/s or m/s] beyond which a simulation counts as unstable."""
 
@@ -104,8 +106,8 @@ class Simulation:
 
 def simulate(
     robot: Robot,
-    t: ArrayLike,
-    q: ArrayLike,
+    t: ArrayLike | Trajectory,
+    q: ArrayLike | None = None,
     *,
     drive: str = "joints",
     control: str = "computed_torque",
@@ -119,13 +121,14 @@ def simulate(
 ) -> Simulation:
     """Play a joint trajectory in MuJoCo and measure.
 
-    Between the given instants the joints are splines of degree five (three where there are too few
-    instants), so that the accelerations are smooth.
+    Between given instants the joints are splines of degree five (three where there are too few
+    instants) from rest to rest, so that the accelerations are smooth; a ``Trajectory`` is played
+    as it is.
 
     Args:
         robot: the arm; no mimic joints, gears or offsets.
-        t: (N,) instants [s], increasing; at least two.
-        q: (N, n) joint values at them.
+        t: a ``Trajectory``, without q; or (N,) instants [s], increasing, at least two.
+        q: (N, n) joint values at these.
         drive: "joints": the joints are driven and the tool is measured. "tool": the tool is held to
             the poses that these joint values reach and the joints, which turn freely, are measured:
             document 002's first method.
@@ -151,11 +154,10 @@ def simulate(
         MissingExtra: MuJoCo is not installed.
 
     Example:
-        >>> simulate(robot, t, q, mass_error=0.1).rms_position_error
+        >>> simulate(robot, retime(curve, 1.0, 4.0), mass_error=0.1).rms_position_error
     """
     mujoco = mujoco_or_extra()
     _check_words(drive, control)
-    instants, joints = _trajectory(robot, t, q)
     for name, value in (("friction", friction), ("damping", damping)):
         if not 0.0 <= value < np.inf:
             raise InputError(f"{name} must be finite and not negative, got {value!r}")
@@ -164,6 +166,7 @@ def simulate(
             raise InputError(f"{name} must be positive and finite, got {value!r}")
     if not -1.0 < mass_error < np.inf:
         raise InputError(f"mass_error must be above -1, got {mass_error!r}")
+    wanted = wanted_motion(robot, t, q, step)
     believed = links_of(robot, links)
     true = [link.scaled(1.0 + mass_error) for link in believed]
     common = {"step": step, "gravity": gravity}
@@ -177,28 +180,18 @@ def simulate(
             **common,  # type: ignore[arg-type]
         )
     )
-    wanted = _sampled(instants, joints, step)
-    if drive == "tool":
-        return _Run(robot, mujoco, plant, None, wanted, bandwidth).tool()
-    nominal = model_of(mjcf(robot, believed, **common))  # type: ignore[arg-type]
-    return _Run(robot, mujoco, plant, nominal, wanted, bandwidth).joints(control)
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """Times (K,), joint values, speeds and accelerations (K, n) at each step."""
-
-    t: Array
-    q: Array
-    speed: Array
-    acceleration: Array
+    with without_log():
+        if drive == "tool":
+            return _Run(robot, mujoco, plant, None, wanted, bandwidth).tool()
+        nominal = model_of(mjcf(robot, believed, **common))  # type: ignore[arg-type]
+        return _Run(robot, mujoco, plant, nominal, wanted, bandwidth).joints(control)
 
 
 class _Run:
     """One simulation in progress."""
 
     def __init__(
-        self, robot: Robot, mujoco: Any, plant: Any, nominal: Any, wanted: _Wanted, bandwidth: float
+        self, robot: Robot, mujoco: Any, plant: Any, nominal: Any, wanted: Wanted, bandwidth: float
     ) -> None:
         self._robot, self._mujoco, self._plant, self._nominal = robot, mujoco, plant, nominal
         self._wanted, self._bandwidth = wanted, bandwidth
@@ -332,39 +325,3 @@ def _check_words(drive: str, control: str) -> None:
         raise InputError(f"drive must be {' or '.join(map(repr, DRIVES))}, got {drive!r}")
     if control not in CONTROLS:
         raise InputError(f"control must be one of {', '.join(CONTROLS)}, got {control!r}")
-
-
-def _trajectory(robot: Robot, t: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
-    instants = se3.as_real(t, "t")
-    joints = se3.as_joints(q, robot.dof, "q")
-    if instants.ndim != 1 or joints.ndim != 2 or len(instants) != len(joints):
-        raise InputError(
-            f"t and q must have shapes (N,) and (N, {robot.dof}), got {instants.shape} and"
-            f" {joints.shape}"
-        )
-    if len(instants) < 2:
-        raise InputError(f"a trajectory needs at least two instants, got {len(instants)}")
-    if not np.isfinite(instants).all():
-        raise InputError(f"t is not finite at row {int(np.flatnonzero(~np.isfinite(instants))[0])}")
-    late = np.flatnonzero(np.diff(instants) <= 0.0)
-    if len(late):
-        k = int(late[0])
-        raise InputError(
-            f"t must increase: row {k + 1} ({instants[k + 1]:g} s) follows {instants[k]:g} s"
-        )
-    return instants, joints
-
-
-def _sampled(t: Array, q: Array, step: float) -> _Wanted:
-    from scipy.interpolate import make_interp_spline
-
-    count = round((t[-1] - t[0]) / step) + 1
-    if count > MOST_STEPS:
-        raise InputError(f"{count} steps of {step:g} s are more than {MOST_STEPS}: a larger step")
-    times = np.minimum(t[0] + step * np.arange(count), t[-1])
-    degree = 5 if len(t) >= 6 else min(3, len(t) - 1)
-    # at rest before and after, as far as the degree leaves it open
-    ends = {5: [(1, 0.0), (2, 0.0)], 3: [(1, 0.0)]}.get(degree)
-    zero = [(order, np.zeros(q.shape[1])) for order, _ in ends] if ends else None
-    curve = make_interp_spline(t, q, degree, bc_type=(zero, zero) if zero else None)
-    return _Wanted(times, curve(times), curve(times, 1), curve(times, 2))

@@ -1,0 +1,71 @@
+"""Which path PATH means: a file of poses, or a path of a source document by its name."""
+
+from pathlib import Path as FilePath
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinverse.cli._show import note, note_turns
+from kinverse.errors import InputError
+from kinverse.paths import Path, named_path, named_samples, path_names
+from kinverse.paths.files import Poses, from_csv, from_matrix, from_npz
+
+__all__ = ["Given", "given_path"]
+
+Array = NDArray[np.float64]
+
+
+class Given(NamedTuple):
+    """Poses T (N, 4, 4) [m] in order, where known at parameters s (N,) of a path."""
+
+    T: Array
+    s: Array | None = None
+    path: Path | None = None
+
+
+def given_path(text: str, degrees: bool, task: str, samples: int | None = None) -> Given:
+    """The poses to follow.
+
+    Args:
+        text: a name of ``kinverse.paths``, or a .csv, .npz or .npy file.
+        degrees: angles of a .csv that state no unit are in degrees.
+        task: what the poses are for; x y z alone do for "position".
+        samples: so many, evenly along the path (of a file: straight from pose to pose); None: the
+            poses of the file, or those at which the source document samples its path.
+
+    Raises:
+        InputError: neither a file nor a name, a file that cannot be used, or too few samples.
+        OSError: the file cannot be read.
+    """
+    if text in path_names():
+        path = named_path(text)
+        told = named_samples(text) if samples is None else path.sample(samples)
+        return Given(told.T, told.s, path)
+    poses = _of_file(text, degrees, task)
+    if samples is None:
+        return Given(poses.T)
+    try:
+        path = Path.from_poses(poses.T)
+    except InputError as error:
+        raise InputError(f"{text}: {error}") from error
+    told = path.sample(samples)
+    return Given(told.T, told.s, path)
+
+
+def _of_file(text: str, degrees: bool, task: str) -> Poses:
+    file = FilePath(text)
+    if not file.suffix and not file.exists():
+        raise InputError(
+            f"unknown path {text!r}: give a .csv, .npz or .npy file of poses, or one of"
+            f" {', '.join(path_names())}"
+        )
+    if file.suffix == ".npz":
+        return from_npz(file)
+    if file.suffix == ".npy":
+        return from_matrix(file)
+    poses = from_csv(file, degrees, skip=False, task=task)
+    note_turns([poses.largest], degrees)
+    if poses.ignored:
+        note(f"columns not read: {', '.join(poses.ignored)}")
+    return poses
