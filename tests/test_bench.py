@@ -221,6 +221,9 @@ SECTIONS = [
     "learned",
     "learned_starts",
     "tracking",
+    "accuracy_points",
+    "planar_paths",
+    "spline_5r",
     "calibration",
 ]
 KNOWN = ("rank_deficient", "learned")

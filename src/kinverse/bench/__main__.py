@@ -11,6 +11,7 @@ from kinverse import kernels
 from kinverse.bench import report
 from kinverse.bench.report import Line
 from kinverse.bench.sections import (
+    accuracy_points,
     calibration,
     closed_form,
     fitting,
@@ -24,10 +25,12 @@ from kinverse.bench.sections import (
     networks_swarm,
     networks_training,
     pairs,
+    planar_paths,
     reach,
     seven,
     simulation,
     speed,
+    spline_5r,
     swarm,
     swarm_answers,
     tracking,
@@ -65,6 +68,9 @@ SECTIONS: dict[str, Callable[[bool], list[Line]]] = {
     "calibration": calibration.calibration,
     "simulation": simulation.simulation,
     "tracking": tracking.tracking,
+    "accuracy_points": accuracy_points.accuracy_points,
+    "planar_paths": planar_paths.planar_paths,
+    "spline_5r": spline_5r.spline_5r,
     "import_time": importing.import_time,
 }
 
