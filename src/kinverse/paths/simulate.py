@@ -162,6 +162,9 @@ def simulate(
     for name, value in (("step", step), ("bandwidth", bandwidth)):
         if not 0.0 < value < np.inf:
             raise InputError(f"{name} must be positive and finite, got {value!r}")
+    pull = se3.as_real(gravity, "gravity")
+    if pull.shape != (3,) or not np.isfinite(pull).all():
+        raise InputError(f"gravity must be three finite numbers, got {pull.tolist()}")
     if not -1.0 < mass_error < np.inf:
         raise InputError(f"mass_error must be above -1, got {mass_error!r}")
     believed = links_of(robot, links)
@@ -301,8 +304,12 @@ class _Run:
         self._T[k, :3, 3] = data.site_xpos[site]
 
     def _unstable(self, k: int) -> str:
-        data = self._data
-        if np.isfinite(data.qpos).all() and np.abs(data.qvel).max() < FASTEST:
+        data, kinds = self._data, self._mujoco.mjtWarning
+        # MuJoCo sets a state that has blown up back to zero, and counts that
+        bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
+        is_reset = any(data.warning[kind].number for kind in bad)
+        finite = np.isfinite(data.qpos).all() and np.abs(data.qvel).max() < FASTEST
+        if finite and not is_reset:
             return ""
         return f"unstable at t = {self._wanted.t[k]:g} s: a smaller step or bandwidth may help"
 
