@@ -328,6 +328,10 @@ NAN = np.where(np.arange(9)[:, None] == 4, np.nan, Q)
         (lambda: retime(ToolCurve(S, Q), 1.0, 1.0), "must be a JointCurve"),
         (lambda: retime(JointCurve(S, Q + S[:, None]), 0.0, 1.0), "velocity must be positive"),
         (lambda: retime(JointCurve(S, Q + S[:, None]), 1.0, np.nan), "acceleration must be pos"),
+        (lambda: retime(JointCurve(S, Q + S[:, None]), 1.0, 0.0), "acceleration must be pos"),
+        (lambda: Trajectory.through([0.0], Q[:1]), "needs 6 samples, got 1"),
+        (lambda: Trajectory.through([0, 1, 1, 2, 4, 5], Q[:6]), r"times must increase: t\[2\] = 1"),
+        (lambda: Trajectory.through(S, NAN), "row 4 holds NaN"),
         (lambda: retime(JointCurve(S, Q + S[:, None]), [1, 2], 1.0), r"one number or \(6,\)"),
         (
             lambda: retime(JointCurve(S, Q + S[:, None]), [1, 1, 1, 0, 1, 1], 1.0),

@@ -1,5 +1,7 @@
 """The multibody simulator agrees with forward kinematics, and its loads with mechanics."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -132,6 +134,24 @@ def test_an_unstable_run_stops_and_says_when(kr16):
     assert not run.ok
     assert "unstable at t = " in run.reason
     assert 0 < len(run.t) < 500 and len(run.q) == len(run.torque) == len(run.t)
+    assert np.isfinite(run.q).all() and run.q.shape == run.q_wanted.shape
+
+
+def test_a_run_that_blows_up_in_one_step_stops_too(kr16, tmp_path, monkeypatch):
+    # MuJoCo then sets everything to zero and goes on; it writes a file of warnings where it runs
+    monkeypatch.chdir(tmp_path)
+    run = simulate(kr16, *motion(), bandwidth=1e6, step=2e-3)
+    assert not run.ok and "unstable at t = " in run.reason and len(run.t) < 10
+    np.testing.assert_allclose(run.q[0], START)
+
+
+def test_a_driven_tool_that_is_too_fast_stops_too(kr16, monkeypatch):
+    # the module is hidden behind the function of its name
+    monkeypatch.setattr(sys.modules["kinverse.paths.simulate"], "FASTEST", 0.3)
+    run = simulate(kr16, *motion(), drive="tool")
+    assert not run.ok and "unstable at t = " in run.reason
+    assert 0 < len(run.t) < 2000 and len(run.constraint_force) == len(run.t)
+    assert run.position_error.max() < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -143,6 +163,10 @@ def test_an_unstable_run_stops_and_says_when(kr16):
         ({"t": Trajectory.through([0, 1, 2, 3], np.zeros((4, 6)), 3)}, "either a Trajectory"),
         ({"t": Trajectory.through([0, 1, 2, 3], np.zeros((4, 2)), 3), "q": None}, "has 2 joints"),
         ({"q": None}, "q is missing"),
+        ({"t": [0.0], "q": [START]}, "at least two instants, got 1"),
+        ({"q": [START, np.full(6, np.nan), START]}, "q must be finite, got NaN or inf in row 1"),
+        ({"gravity": (0.0, np.nan, -9.8)}, "gravity must be three finite numbers"),
+        ({"gravity": (0.0, -9.8)}, "gravity must be three finite numbers"),
         ({"drive": "wheels"}, "drive must be 'joints' or 'tool'"),
         ({"control": "magic"}, "computed_torque, servo, prescribed"),
         ({"friction": -1.0}, "friction"),

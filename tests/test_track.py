@@ -155,6 +155,8 @@ def test_repeated_poses_are_no_step():
     assert found.is_whole
     same = np.abs(np.diff(found.q, axis=0)).max(axis=1).reshape(-1)[[0, 1, 3, 4]]
     assert same.max() == 0.0
+    resting = track(robot, np.repeat(T[:1], 4, axis=0))
+    assert resting.is_whole and resting.cost == 0.0
 
 
 def test_the_largest_step_of_each_joint_is_held():
@@ -233,6 +235,20 @@ def test_samples_out_of_limits_are_lost():
     found = track(robot.with_limits(narrow), robot.fk(q))
     check(robot.with_limits(narrow), found)
     assert any(g.code is Reason.OUT_OF_LIMITS for g in found.gaps)
+
+
+def test_limits_of_no_width_lose_the_path_and_say_why():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 5))
+    limits = robot.limits.copy()
+    limits[2] = 0.0
+    found = track(robot.with_limits(limits), T)
+    assert not found.ok.any() and [gap.code for gap in found.gaps] == [Reason.OUT_OF_LIMITS]
+    # where the path is at that very value it is followed
+    still = cases.path(robot, 20)
+    still[:, 2] = 0.0
+    held = track(robot.with_limits(limits), robot.fk(still))
+    assert held.is_whole and (held.q[:, 2] == 0.0).all()
 
 
 def test_a_joint_that_runs_into_its_limit_is_named():
@@ -446,8 +462,8 @@ def test_bad_paths_are_named(kr16):
     with pytest.raises(InputError, match="two poses"):
         track(robot, T[:0])
     broken = T.copy()
-    broken[3, 0, 3] = np.nan
-    with pytest.raises(InputError, match="3"):
+    broken[3:5, 0, 3] = np.nan
+    with pytest.raises(InputError, match=r"path\[3\] \(row 3\).*NaN"):
         track(robot, broken)
     with pytest.raises(InputError, match="rigid|rotation|orthonormal"):
         track(robot, 2.0 * T)

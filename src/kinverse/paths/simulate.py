@@ -164,6 +164,9 @@ def simulate(
     for name, value in (("step", step), ("bandwidth", bandwidth)):
         if not 0.0 < value < np.inf:
             raise InputError(f"{name} must be positive and finite, got {value!r}")
+    pull = se3.as_real(gravity, "gravity")
+    if pull.shape != (3,) or not np.isfinite(pull).all():
+        raise InputError(f"gravity must be three finite numbers, got {pull.tolist()}")
     if not -1.0 < mass_error < np.inf:
         raise InputError(f"mass_error must be above -1, got {mass_error!r}")
     wanted = wanted_motion(robot, t, q, step)
