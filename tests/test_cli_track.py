@@ -9,6 +9,7 @@ import pytest
 import kinverse as kv
 from kinverse.bench import cases
 from kinverse.cli import main
+from kinverse.paths import named_samples
 
 HEAD = ["x", "y", "z", "qw", "qx", "qy", "qz"]
 
@@ -111,6 +112,15 @@ def test_options_reach_the_search(capsys, arm, whole, tmp_path):
 def test_bad_options_are_refused(capsys, whole, options, said):
     code, out, err = run(capsys, "track", "kr16", whole, *options)
     assert code == 2 and out == "" and said in err and err.count("\n") == 1
+
+
+def test_paths_of_the_documents_have_names(capsys, tmp_path):
+    code, said, _ = run(capsys, "track", "kr16", "masajedi_straight")
+    assert code == 0 and "21 of 21 poses tracked" in said
+    np.savez(tmp_path / "path.npz", T=named_samples("masajedi_straight").T)
+    assert run(capsys, "track", "kr16", tmp_path / "path.npz")[1] == said
+    code, out, err = run(capsys, "track", "kr16", "masajedi")
+    assert code == 2 and out == "" and "unknown path 'masajedi'" in err and "habibkhah_4" in err
 
 
 def test_bad_files_are_refused(capsys, arm, tmp_path):

@@ -1,6 +1,7 @@
 """Meshes by MuJoCo: like capsules where the model is made of them, closer where it is not."""
 
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -334,6 +335,14 @@ def test_models_that_cannot_be_used(cell, tmp_path):
 def test_what_cannot_be_is_refused(change, words):
     with pytest.raises(InputError, match=words):
         MeshCollision(FLAT, mjcf(FLAT, capsules(0.02)), **change)
+
+
+def test_a_missing_extra_names_the_command(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(
+        kv.MissingExtra, match=r'collision of meshes.*pip install "kinverse\[sim\]"'
+    ):
+        MeshCollision(FLAT, "<mujoco/>")
 
 
 def test_joint_values_are_checked(cell):

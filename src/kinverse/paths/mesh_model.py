@@ -28,7 +28,7 @@ def mesh_model(model: str | os.PathLike[str], folder: str | os.PathLike[str] | N
             MuJoCo says of the model.
         MissingExtra: MuJoCo is not installed.
     """
-    mujoco = mujoco_or_extra()
+    mujoco = mujoco_or_extra("collision of meshes")
     path, where, data = _read(model, folder)
     inside = Path(folder).resolve() if folder is not None else path.resolve().parent
     root = parse_xml(data, where)

@@ -17,12 +17,12 @@ __all__ = ["mjcf", "model_of", "mujoco_or_extra", "without_log"]
 Array = NDArray[np.float64]
 
 
-def mujoco_or_extra() -> Any:
-    """The package, or MissingExtra."""
+def mujoco_or_extra(feature: str = "simulation") -> Any:
+    """The package, or MissingExtra that says what needs it."""
     try:
         import mujoco
     except ImportError as error:
-        raise MissingExtra("simulation", "sim") from error
+        raise MissingExtra(feature, "sim") from error
     return mujoco
 
 
