@@ -9,11 +9,13 @@ __all__ = ["Study"]
 
 @dataclass(frozen=True)
 class Study:
-    """Args:
-    name: "jha2015".
-    title: one line.
-    source: the document: authors, title, year.
-    tables: in the order of the document.
+    """What there is to run of a document.
+
+    Args:
+        name: "jha2015".
+        title: one line.
+        source: the document: authors, title, year.
+        tables: in the order of the document.
     """
 
     name: str

@@ -1,0 +1,60 @@
+"""The code that rows come from, so that rows of other code are not taken for them."""
+
+import ast
+import hashlib
+import importlib.util
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+__all__ = ["source_hash"]
+
+
+def source_hash(module: str) -> str:
+    """A hash over a module, the modules of its package that it imports, and their data folders.
+
+    The package is the first two parts of the name (``kinverse.studies``); for all other code
+    stands the version of kinverse.
+
+    Args:
+        module: dotted name of a module that can be imported.
+
+    Example:
+        >>> len(source_hash("kinverse.studies.cell"))
+        64
+    """
+    package = ".".join(module.split(".")[:2])
+    found: dict[str, Path] = {}
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        path = None if name in found else _file(name)
+        if path is not None:
+            found[name] = path
+            waiting.extend(each for each in _imports(path) if each.startswith(package + "."))
+    files = set(found.values())
+    for folder in {path.parent / "data" for path in files}:
+        files.update(path for path in folder.glob("*") if path.is_file())
+    whole = hashlib.sha256(version("kinverse").encode())
+    # sorted by content: the same code in another folder is the same code
+    for digest in sorted(hashlib.sha256(path.read_bytes()).digest() for path in files):
+        whole.update(digest)
+    return whole.hexdigest()
+
+
+def _file(name: str) -> Path | None:
+    """Where a module's source is; None for what is no module."""
+    try:
+        found = importlib.util.find_spec(name)
+    except (ModuleNotFoundError, ValueError):
+        return None
+    return Path(found.origin) if found and found.origin and found.has_location else None
+
+
+def _imports(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
