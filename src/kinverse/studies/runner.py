@@ -199,7 +199,8 @@ def _tables(
         except Exception as error:
             failures.append(_failure(f"table {spec.name}", error))
     computed = sum(work.computed for work in works.values())
-    return StudyRun(study, quick, made, done, tuple(failures), computed)
+    asked = () if specs == study.tables else tuple(spec.name for spec in specs)
+    return StudyRun(study, quick, asked, made, done, tuple(failures), computed)
 
 
 def _cells_of(study: Study, specs: tuple[TableSpec, ...], quick: bool) -> dict[str, Cell]:
