@@ -32,6 +32,8 @@ def show(run: StudyRun, page: Path) -> None:
     for name, each in run.tables.items():
         tell(f"\n{each.title}", markup=False, style="bold")
         tell(f"{each.verdict}: {each.residual}", markup=False)
+        if each.note:
+            tell(each.note, markup=False)
         _show_rows(each, page.parent / f"{name}.csv")
     for failure in run.failures:
         tell(f"failed: {failure.what}: {failure.error}", markup=False)

@@ -1,13 +1,14 @@
 """P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, NIT Rourkela, 2015."""
 
+from kinverse.studies.jha2015 import forward_tables
 from kinverse.studies.study import Study
 
 __all__ = ["STUDY"]
 
 STUDY = Study(
     name="jha2015",
-    title="Inverse kinematics of robot manipulators by closed form, networks and swarms",
+    title="Inverse kinematic analysis of robot manipulators",
     source="P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, National"
     " Institute of Technology Rourkela, 2015",
-    tables=(),
+    tables=tuple(forward_tables.TABLES),
 )
