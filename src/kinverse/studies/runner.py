@@ -205,6 +205,10 @@ def _tables(
 
 def _cells_of(study: Study, specs: tuple[TableSpec, ...], quick: bool) -> dict[str, Cell]:
     """Cells of the tables by name."""
+    names = [spec.name for spec in study.tables]
+    for name in names:
+        if not NAME.fullmatch(name) or names.count(name) > 1:
+            raise InputError(f"{study.name}: table name {name!r}, which must be one word and once")
     cells: dict[str, Cell] = {}
     for spec in specs:
         for cell in spec.cells(quick):

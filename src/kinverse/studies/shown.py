@@ -23,17 +23,19 @@ def is_numeric(rows: Sequence[Row], column: str) -> bool:
 
 
 def shown(value: Value) -> str:
-    """A value in six digits at most; a dash for what is not known.
+    """A value in seven digits, below 1 in four; a dash for what is not known.
 
     Example:
-        >>> shown(0.1234567), shown(None), shown(True)
-        ('0.123457', '-', 'yes')
+        >>> shown(-186.69031), shown(0.00018848), shown(None), shown(True)
+        ('-186.6903', '0.0001885', '-', 'yes')
     """
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.7g}" if abs(value) >= 1.0 else f"{value:.4g}"
+    return str(value)
 
 
 def as_csv(rows: Sequence[Row]) -> str:

@@ -10,7 +10,7 @@ from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import Printed, printed
 from kinverse.studies.jha2015.arms import arm, conventions
 
-__all__ = ["CASES", "Case", "forward_rows", "joint_columns", "position_columns"]
+__all__ = ["CASES", "Case", "forward_rows", "joint_columns", "last_place", "position_columns"]
 
 Array = NDArray[np.float64]
 
@@ -109,14 +109,14 @@ def _allowed(rows: Printed, robot: Robot, q: Array, per_value: Array, scale: flo
     """(rows,) how far the position moves if every number is off by one unit of its last place."""
     places = position_columns(rows)
     moved = np.linalg.norm(robot.jacobian(q)[:, : len(places)], axis=1)
-    joints = (moved * per_value * _last_place(rows, joint_columns(rows))).sum(axis=1)
-    position = np.linalg.norm(_last_place(rows, places), axis=1)
+    joints = (moved * per_value * last_place(rows, joint_columns(rows))).sum(axis=1)
+    position = np.linalg.norm(last_place(rows, places), axis=1)
     total: Array = scale * joints + position
     return total
 
 
-def _last_place(rows: Printed, columns: list[str]) -> Array:
-    """(rows, columns) one unit of the last decimal of each entry."""
+def last_place(rows: Printed, columns: list[str]) -> Array:
+    """(rows, columns) one unit of the last printed decimal of each entry."""
     decimals = [[len(row[name].partition(".")[2]) for name in columns] for row in rows.rows]
     unit: Array = 10.0 ** -np.array(decimals, dtype=np.float64)
     return unit
