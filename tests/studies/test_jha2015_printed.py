@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from kinverse.errors import InputError
+from kinverse.load import load
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.arms import arm, arm_names, conventions, printed_limits
 from kinverse.studies.jha2015.flags import flag_rows
 from kinverse.studies.jha2015.forward_kinematics import CASES, forward_rows
+from kinverse.studies.jha2015.free_lengths import CHECKED, free_lengths, position_matrices
 from kinverse.studies.registry import load_study
 from kinverse.studies.table import Verdict
 
@@ -168,3 +170,30 @@ def test_data_tell_what_they_have():
     with pytest.raises(InputError, match="no column 'W'; it has .*theta1_deg"):
         printed("jha2015", "table_7_7").numbers(["W"])
     assert printed("jha2015", "table_7_7").text("X_mm")[2] == "-131.5420"  # as printed
+
+
+def test_one_row_of_7_7_keeps_it_from_a_fit():
+    [row] = free_lengths("7.7", 5, 1)
+    assert row["row left out"] == 6 and row["residual"] > 0.1
+    assert row["residual, one row left out"] < 1e-6
+
+
+@pytest.mark.slow
+def test_lengths_of_any_arm_explain_three_tables_and_no_other():
+    rows = {table: free_lengths(table, 20, 1)[0] for table in CHECKED}
+    fitted = [table for table in CHECKED if rows[table]["residual, one row left out"] < 1e-5]
+    assert fitted == ["7.7", "7.17", "7.23"]
+    for table in ("7.1", "7.14", "7.20"):
+        assert rows[table]["residual"] > 0.8 * rows[table]["shuffled, least"], table
+
+
+def test_free_lengths_find_an_arm_that_is_there():
+    """Positions of a catalogue arm are in the family, and its lengths are found."""
+    robot = load("rx160l")
+    q = robot.random(12, np.random.default_rng(5))
+    p = robot.fk(q)[:, :3, 3]
+    off = [
+        np.linalg.norm(A @ np.linalg.lstsq(A, p.ravel(), rcond=None)[0] - p.ravel())
+        for A in position_matrices(q).reshape(7776, -1, 15)[:, : p.size]
+    ]
+    assert min(off) < 1e-9 and np.median(off) > 0.1
