@@ -132,7 +132,7 @@ def test_verdict_residual_notes_and_text_are_escaped(made):
     words = Page(made[2]).words()
     assert "not reproduced 5 mm" in words and "Table <1>" in words and "<5>" in words
     assert "One < two." in words and "And more." in words
-    assert "The full run of 2 tables: 1 not reproduced, 1 ours, nothing printed." in words
+    assert "A full run, 2 of 3 tables: 1 not reproduced, 1 ours, nothing printed." in words
 
 
 def test_what_failed_is_on_the_page(made):

@@ -27,6 +27,7 @@ def study(
     from rich.markup import escape
     from rich.progress import Progress
 
+    from kinverse import plots
     from kinverse.cli import _study
     from kinverse.cli._show import note, notes
     from kinverse.studies.report import write_report
@@ -37,6 +38,7 @@ def study(
             raise InputError("--table needs a study")
         _study.show_studies()
         return 0
+    plots.new_figure((1.0, 1.0))  # a missing package is told before the work
     screen = notes()
     try:
         with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:

@@ -88,9 +88,10 @@ def page(run: StudyRun) -> str:
 def _total(run: StudyRun) -> str:
     verdicts = [table.verdict for table in run.tables.values()]
     counts = [f"{verdicts.count(v)} {v}" for v in Verdict if v in verdicts]
-    depth = "A quick run" if run.quick else "The full run"
+    depth = "A quick run" if run.quick else "A full run"
+    of = f"{len(verdicts)} of {len(run.study.tables)} tables"
     return (
-        f"{depth} of {len(verdicts)} tables: {', '.join(counts)}. Verdicts are properties of the"
+        f"{depth}, {of}: {', '.join(counts) or 'none'}. Verdicts are properties of the"
         " printed numbers; no cause is claimed."
     )
 
