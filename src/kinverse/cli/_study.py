@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.markup import escape
 from rich.measure import Measurement
 
-from kinverse.cli._show import console, table
+from kinverse.cli._show import console, show_table, table
 from kinverse.studies.registry import load_study, study_names
 from kinverse.studies.shown import columns, is_numeric, shown
 from kinverse.studies.study_run import StudyRun
@@ -23,7 +23,7 @@ def show_studies() -> None:
     for name in study_names():
         study = load_study(name)
         made.add_row(name, study.title, str(len(study.tables)))
-    console().print(made)
+    show_table(made)
 
 
 def show(run: StudyRun, page: Path) -> None:

@@ -18,6 +18,8 @@ __all__ = ["write_report"]
 
 MOST_ROWS = 120
 """Of a table on the page; all of them are in its CSV file."""
+WIDE = 11
+"""Columns; more are printed smaller."""
 LARGEST_SVG = 300_000
 """Bytes; a larger drawing becomes a bitmap."""
 COLOURS = {
@@ -143,8 +145,9 @@ def _grid(rows: list[Row], caption: str, label: str) -> str:
     right = {head: ' class="n"' if is_numeric(rows, head) else "" for head in heads}
     top = "".join(f'<th scope="col"{right[head]}>{escape(head)}</th>' for head in heads)
     body = "".join(f"<tr>{_cells(row, heads, right)}</tr>\n" for row in rows)
+    wide = ' class="wide"' if len(heads) > WIDE else ""
     return f"""<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">
-<table>
+<table{wide}>
 <caption>{caption}</caption>
 <thead><tr>{top}</tr></thead>
 <tbody>

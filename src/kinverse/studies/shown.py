@@ -23,18 +23,19 @@ def is_numeric(rows: Sequence[Row], column: str) -> bool:
 
 
 def shown(value: Value) -> str:
-    """A value in seven digits, below 1 in four; a dash for what is not known.
+    """A value whole if it is short, else in five digits; a dash for what is not known.
 
     Example:
-        >>> shown(-186.69031), shown(0.00018848), shown(None), shown(True)
-        ('-186.6903', '0.0001885', '-', 'yes')
+        >>> shown(-186.6903), shown(0.000188477), shown(None), shown(True)
+        ('-186.6903', '0.00018848', '-', 'yes')
     """
     if value is None:
         return "-"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.7g}" if abs(value) >= 1.0 else f"{value:.4g}"
+        whole = f"{value:.15g}"
+        return whole if len(whole) <= len("-186.6903") else f"{value:.5g}"
     return str(value)
 
 
