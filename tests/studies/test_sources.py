@@ -1,5 +1,7 @@
 """Whose source counts: a cell's module, what it imports of its package, and the data beside it."""
 
+import sys
+
 import pytest
 
 from kinverse.studies.sources import source_hash
@@ -21,7 +23,9 @@ def package(tmp_path, monkeypatch):
     for name, text in files.items():
         (folder / name).write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
-    return folder
+    yield folder
+    for name in ("kinverse_toy", "kinverse_toy.part"):  # finding a module imports its packages
+        sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize("name", ["cells.py", "helper.py", "deep.py", "data/printed.csv"])
