@@ -2,7 +2,7 @@
 
 import ast
 import hashlib
-import importlib.util
+import importlib
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
@@ -24,11 +24,13 @@ def source_hash(module: str) -> str:
         64
     """
     package = ".".join(module.split(".")[:2])
+    file = Path(str(importlib.import_module(module).__file__))
+    root = file.parents[module.count(".") + (file.name == "__init__.py")]
     found: dict[str, Path] = {}
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        path = None if name in found else _file(name)
+        path = None if name in found else _file(root, name)
         if path is not None:
             found[name] = path
             waiting.extend(each for each in _imports(path) if each.startswith(package + "."))
@@ -42,13 +44,11 @@ def source_hash(module: str) -> str:
     return whole.hexdigest()
 
 
-def _file(name: str) -> Path | None:
-    """Where a module's source is; None for what is no module."""
-    try:
-        found = importlib.util.find_spec(name)
-    except (ModuleNotFoundError, ValueError):
-        return None
-    return Path(found.origin) if found and found.origin and found.has_location else None
+def _file(root: Path, name: str) -> Path | None:
+    """Where a module's source is; None for what is no module. Nothing is imported for it."""
+    path = root.joinpath(*name.split("."))
+    files = (path.with_name(f"{path.name}.py"), path / "__init__.py")
+    return next((each for each in files if each.is_file()), None)
 
 
 def _imports(path: Path) -> Iterator[str]:
