@@ -1,9 +1,11 @@
 """Whose source counts: a cell's module, what it imports of its package, and the data beside it."""
 
 import sys
+import types
 
 import pytest
 
+from kinverse.errors import InputError
 from kinverse.studies.sources import source_hash
 
 
@@ -24,8 +26,8 @@ def package(tmp_path, monkeypatch):
         (folder / name).write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
     yield folder
-    for name in ("kinverse_toy", "kinverse_toy.part"):  # finding a module imports its packages
-        sys.modules.pop(name, None)
+    for name in [name for name in sys.modules if name.startswith("kinverse_toy")]:
+        del sys.modules[name]
 
 
 @pytest.mark.parametrize("name", ["cells.py", "helper.py", "deep.py", "data/printed.csv"])
@@ -46,3 +48,9 @@ def test_the_version_counts(package, monkeypatch):
     before = source_hash("kinverse_toy.part.cells")
     monkeypatch.setattr("kinverse.studies.sources.version", lambda name: "99")
     assert source_hash("kinverse_toy.part.cells") != before
+
+
+def test_a_module_without_a_file_is_refused(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nowhere", types.ModuleType("nowhere"))
+    with pytest.raises(InputError, match="nowhere has no file"):
+        source_hash("nowhere")
