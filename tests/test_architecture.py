@@ -18,6 +18,7 @@ ROOT = Path(kinverse.__file__).parent
 RANKS = {
     "_core": 0,
     "errors": 0,
+    "files": 0,
     "seeds": 0.5,
     "settings": 0,
     "se3": 1,

@@ -1,8 +1,6 @@
 """What the commands share in printing: consoles, tables, numbers, atomic files."""
 
-import os
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +10,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
+from kinverse import files
 from kinverse.errors import InputError
 
 if TYPE_CHECKING:
@@ -129,19 +128,4 @@ def write_atomically(path: Path, text: str) -> None:
     """Write a file whole or not at all."""
     if not path.parent.is_dir():
         raise InputError(f"--out: there is no folder {path.parent}")
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            file.write(text)
-        # mkstemp makes files that only the owner reads; a result is an ordinary file
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    files.write_atomically(path, text)

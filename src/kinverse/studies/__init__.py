@@ -1,1 +1,1 @@
-"""Studies of the source documents: their methods rebuilt, their claims measured."""
+"""The source documents, run again: their tables with our figures beside the printed ones."""
