@@ -1,5 +1,6 @@
 """P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, NIT Rourkela, 2015."""
 
+from kinverse.studies.jha2015 import swarm_tables, swarm_times
 from kinverse.studies.study import Study
 
 __all__ = ["STUDY"]
@@ -9,5 +10,5 @@ STUDY = Study(
     title="Inverse kinematics of robot manipulators by closed form, networks and swarms",
     source="P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, National"
     " Institute of Technology Rourkela, 2015",
-    tables=(),
+    tables=(*swarm_tables.TABLES, *swarm_times.TABLES),
 )
