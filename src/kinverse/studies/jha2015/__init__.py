@@ -1,6 +1,7 @@
 """P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, NIT Rourkela, 2015."""
 
 from kinverse.studies.jha2015 import (
+    conventional,
     hybrid_networks,
     named_networks,
     network_times,
@@ -20,6 +21,9 @@ STUDY = Study(
     tables=(
         *planar_networks.TABLES,
         *named_networks.TABLES,
+        *hybrid_networks.TABLES,
+        *conventional.TABLES,
+        *network_times.TABLES,
         *swarm_tables.TABLES,
         *swarm_times.TABLES,
     ),

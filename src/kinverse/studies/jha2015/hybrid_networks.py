@@ -34,6 +34,10 @@ TRIED, QUICK_TRIED = 15_000, 500
 """Networks that a swarm of 100 tries; the thesis does not say how many."""
 EPOCHS = 1_000
 """Of back-propagation, where none are printed."""
+TWO_LAYERS = (
+    " The printed configuration has two hidden layers, the errors stand beside one number of nodes:"
+    " one layer here."
+)
 TINY = 1e-30
 """The square of a rounding error of 1 rad is about 5e-32."""
 
@@ -136,8 +140,8 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
         f"Medians of the seeds on {part} rows; the printed title says training. Printed"
         f" configuration, table {each.table}: {sized}. {each.conflicts or 'No conflicts'}."
         " ANFIS has no hidden units, though the printed one varies with them: one result."
-        " The unit of the printed errors is not told. Configurations of tables 7.2 and 7.8 are"
-        " printed for two hidden layers, 7.11 and 7.12 for a number of nodes: one layer here.",
+        " The unit of the printed errors is not told."
+        + (TWO_LAYERS if each.value("Number of hidden layers", 1) == 2 else ""),
     )
 
 

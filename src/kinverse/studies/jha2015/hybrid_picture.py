@@ -47,10 +47,10 @@ def _figure(rows: list[Row], floor: float, constant: float) -> "Figure":
                 "upper quartile [rad]",
             )
         )
-        hidden = [row["hidden"] for row in mine]
-        if hidden == [None]:
+        if mine[0]["hidden"] is None:
             ax.axhline(middle[0], color="0.4", ls="-.", lw=1.0, label=f"{network}, no hidden units")
             continue
+        hidden = np.array([row["hidden"] for row in mine], dtype=np.float64)
         (line,) = ax.plot(hidden, middle, marker=".", label=network)
         ax.fill_between(hidden, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
     ax.axhline(constant, color="black", ls=":", lw=1.0, label="mean joint")

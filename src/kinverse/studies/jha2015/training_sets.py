@@ -25,11 +25,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-NEIGHBOURS = 50
 FLOOR_SEED, DATA_SEED = 880_000, 4_100
-MANY, QUICK_MANY = 200_000, 20_000
-DRAWS = 5
-"""Fresh test sets that a floor is measured on."""
+MANY, QUICK_MANY = 400_000, 20_000
 
 
 @dataclass(frozen=True)
@@ -134,14 +131,15 @@ def quartiles(rows: list[Row], column: str) -> tuple[float, float, float] | None
 def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:
     """For each joint the least mean squared error of any function of the position.
 
-    The spread of the joint among many configurations that put the tool at nearly the same point:
-    the mean of the 50 nearest of ``many`` others stands for the best function. It holds for joints
-    uniform in their limits. A slide has none: it would tell how far apart the neighbours are.
+    Two configurations with the same position differ by twice the variance that the position leaves
+    to a joint (in the mean square): half the squared difference to the nearest of ``many`` others,
+    which is nearly at the same point. It holds for joints uniform in their limits. A slide has
+    none: it would tell how far apart the neighbours are.
 
     Args:
         geometry_name: see ``geometry``.
-        test: rows of a test set.
-        many: configurations the neighbours are looked for among.
+        test: configurations whose neighbours are looked for.
+        many: configurations they are looked for among.
 
     Returns:
         Rows of each joint: ``floor`` and ``constant`` (error of the mean of all) [rad^2 or m^2],
@@ -150,14 +148,10 @@ def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:
     from scipy.spatial import cKDTree
 
     X, q = draw(geometry_name, many, FLOOR_SEED)
-    tree = cKDTree(X)
-    floors = []
-    for seed in range(DRAWS):
-        X_test, wanted = draw(geometry_name, test, 10_000 + seed)
-        near = tree.query(X_test, NEIGHBOURS)[1]
-        off = wanted - q[near].mean(axis=1)
-        # the mean of k neighbours has a spread of its own, a k-th of the joint's
-        floors.append((off**2).mean(axis=0) * NEIGHBOURS / (NEIGHBOURS + 1))
+    X_test, wanted = draw(geometry_name, test, FLOOR_SEED + 1)
+    off = wanted - q[cKDTree(X).query(X_test)[1]]
+    constant = q.var(axis=0)
+    floor = np.minimum((off**2).mean(axis=0) / 2.0, constant)
     robot = geometry(geometry_name)
     span = np.ptp(robot.limits, axis=1) ** 2
     return [
@@ -170,8 +164,8 @@ def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:
         for name, kind, low, far, wide in zip(
             output_names(geometry_name),
             robot.kinds,
-            np.mean(floors, axis=0).tolist(),
-            q.var(axis=0).tolist(),
+            floor.tolist(),
+            constant.tolist(),
             span.tolist(),
             strict=True,
         )
@@ -180,11 +174,11 @@ def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:
 
 def floor_cell(name: str, quick: bool) -> Cell:
     """The cell of a geometry's least errors."""
-    many = QUICK_MANY if quick else MANY
+    many, test = (QUICK_MANY, QUICK_MANY) if quick else (MANY, MANY // 4)
     return Cell(
         f"network-floor-{name}",
         least_errors,
-        {"geometry_name": name, "test": 300, "many": many},
+        {"geometry_name": name, "test": test, "many": many},
     )
 
 
