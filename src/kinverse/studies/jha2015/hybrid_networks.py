@@ -21,7 +21,15 @@ from kinverse.studies.jha2015.training_sets import (
 )
 from kinverse.studies.table import Table, TableSpec, Verdict
 
-__all__ = ["ANFIS", "METHODS", "TABLES", "hidden_of", "hybrid_cells", "hybrid_rows"]
+__all__ = [
+    "ANFIS",
+    "METHODS",
+    "TABLES",
+    "hidden_of",
+    "hybrid_cells",
+    "hybrid_rows",
+    "printed_errors",
+]
 
 Array = NDArray[np.float64]
 CellRows = dict[str, list[Row]]
@@ -105,7 +113,7 @@ def hybrid_rows(cells: CellRows, arm: str, method: str, output: str | None) -> d
 # ------------------------------------------------------------------------ joint by joint
 def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
     each = CONFIGURATIONS[arm]
-    floors, told = floor_of(cells, each.geometry), _printed(each)
+    floors, told = floor_of(cells, each.geometry), printed_errors(each)
     factors, units = squared_units(each.geometry)
     rows: list[Row] = []
     for k, output in enumerate(output_names(each.geometry)):
@@ -145,7 +153,8 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
     )
 
 
-def _printed(each: Configuration) -> dict[tuple[str, str, int], float]:
+def printed_errors(each: Configuration) -> dict[tuple[str, str, int], float]:
+    """Printed mean squared errors by joint, algorithm and hidden units."""
     rows = printed("jha2015", "table_" + each.errors.replace(".", "_"))
     keys = zip(
         rows.text("output"),
