@@ -3,27 +3,21 @@
 import numpy as np
 import pytest
 
-from kinverse.studies.jha2015 import (
-    hybrid_networks,
-    named_networks,
-    network_times,
-    planar_networks,
-)
-from kinverse.studies.jha2015.network_training import train_network
-from kinverse.studies.jha2015.training_sets import (
+from kinverse.studies.jha2015 import networks
+from kinverse.studies.jha2015.networks import hybrid
+from kinverse.studies.jha2015.networks.sets import (
     CONFIGURATIONS,
     draw,
     floor_of,
     least_errors,
     quartiles,
 )
+from kinverse.studies.jha2015.networks.training import train_network
 from kinverse.studies.table import Verdict
-
-MODULES = (planar_networks, named_networks, hybrid_networks, network_times)
 
 
 def specs():
-    return {spec.name: spec for module in MODULES for spec in module.TABLES}
+    return {spec.name: spec for spec in networks.TABLES}
 
 
 def rows_of(name):
@@ -115,8 +109,8 @@ def test_printed_zeros_and_tiny_errors_are_as_many_as_in_the_errata(arm):
         "7.24": (16, 27, 216),
     }
     each = CONFIGURATIONS[arm]
-    values = np.array(list(hybrid_networks.printed_errors(each).values()))
-    tiny = (values > 0) & (values < hybrid_networks.TINY)
+    values = np.array(list(hybrid.printed_errors(each).values()))
+    tiny = (values > 0) & (values < hybrid.TINY)
     assert (int((values == 0).sum()), int(tiny.sum()), len(values)) == counts[each.errors]
 
 
@@ -129,7 +123,7 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
     assert [row["hidden"] for row in table.rows[:2]] == [4, 30]
     assert table.rows[0]["MLPBP printed"] == pytest.approx(9.89e-3)
     floors = floor_of(rows, "scara")
-    told = hybrid_networks.printed_errors(CONFIGURATIONS["SCARA"])
+    told = hybrid.printed_errors(CONFIGURATIONS["SCARA"])
     below = sum(
         value < floors[output].least / np.radians(wide) ** 2
         for (output, _, _), value in told.items()

@@ -6,18 +6,18 @@ import pytest
 import oracle
 from kinverse.errors import InputError
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015 import swarm_tables, swarm_times
+from kinverse.studies.jha2015 import swarm
 from kinverse.studies.jha2015.geometries import METRES, geometry
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS, printed_answers
-from kinverse.studies.jha2015.swarm import search, search_times
-from kinverse.studies.jha2015.swarm_cells import LEAST_POPULATION, POPULATIONS, cells_of
+from kinverse.studies.jha2015.swarm.cells import LEAST_POPULATION, POPULATIONS, cells_of
+from kinverse.studies.jha2015.swarm.search import search, search_times
 from kinverse.studies.table import Verdict
 
 NAMES = sorted({name for task in ARMS.values() for name in task.geometries})
 
 
 def specs():
-    return {spec.name: spec for spec in (*swarm_tables.TABLES, *swarm_times.TABLES)}
+    return {spec.name: spec for spec in swarm.TABLES}
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from kinverse.studies.jha2015.positions import (
     joint_units,
     printed_answers,
 )
-from kinverse.studies.jha2015.swarm_cells import (
+from kinverse.studies.jha2015.swarm.cells import (
     LIMITS,
     MAIN,
     POPULATIONS,
@@ -25,8 +25,8 @@ from kinverse.studies.jha2015.swarm_cells import (
     numbers,
     within,
 )
-from kinverse.studies.jha2015.swarm_pictures import joints_picture
-from kinverse.studies.jha2015.swarm_populations import population_table
+from kinverse.studies.jha2015.swarm.pictures import joints_picture
+from kinverse.studies.jha2015.swarm.populations import population_table
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]

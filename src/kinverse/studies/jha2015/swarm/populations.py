@@ -4,7 +4,7 @@ import numpy as np
 
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
-from kinverse.studies.jha2015.swarm_cells import (
+from kinverse.studies.jha2015.swarm.cells import (
     LEAST_POPULATION,
     LIMITS,
     POPULATIONS,
@@ -13,7 +13,7 @@ from kinverse.studies.jha2015.swarm_cells import (
     numbers,
     within,
 )
-from kinverse.studies.jha2015.swarm_pictures import convergence_picture
+from kinverse.studies.jha2015.swarm.pictures import convergence_picture
 from kinverse.studies.table import Table, Verdict
 
 __all__ = ["population_table"]

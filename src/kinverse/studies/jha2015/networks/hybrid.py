@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015.hybrid_picture import errors_picture
-from kinverse.studies.jha2015.network_training import SWARM_METHODS, train_network
-from kinverse.studies.jha2015.training_sets import (
+from kinverse.studies.jha2015.networks.hybrid_picture import errors_picture
+from kinverse.studies.jha2015.networks.sets import (
     CONFIGURATIONS,
     Configuration,
     Floor,
@@ -19,6 +18,7 @@ from kinverse.studies.jha2015.training_sets import (
     quartiles,
     squared_units,
 )
+from kinverse.studies.jha2015.networks.training import SWARM_METHODS, train_network
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = [

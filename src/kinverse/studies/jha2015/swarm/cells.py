@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
-from kinverse.studies.jha2015.swarm import search
+from kinverse.studies.jha2015.swarm.search import search
 
 __all__ = [
     "EVALUATIONS",

@@ -8,8 +8,8 @@ import numpy as np
 from kinverse.plots import new_figure
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015.network_training import train_network
-from kinverse.studies.jha2015.training_sets import floor_cell, floor_of, output_names
+from kinverse.studies.jha2015.networks.sets import floor_cell, floor_of, output_names
+from kinverse.studies.jha2015.networks.training import train_network
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 if TYPE_CHECKING:

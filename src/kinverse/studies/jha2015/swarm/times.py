@@ -5,8 +5,8 @@ import numpy as np
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS
-from kinverse.studies.jha2015.swarm import search_times
-from kinverse.studies.jha2015.swarm_cells import EVALUATIONS, MAIN, QUICK_EVALUATIONS, numbers
+from kinverse.studies.jha2015.swarm.cells import EVALUATIONS, MAIN, QUICK_EVALUATIONS, numbers
+from kinverse.studies.jha2015.swarm.search import search_times
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.studies.cell import Row
-from kinverse.studies.jha2015.training_sets import draw, output_names
+from kinverse.studies.jha2015.networks.sets import draw, output_names
 
 __all__ = ["SWARM_METHODS", "train_network"]
 

@@ -8,8 +8,7 @@ import numpy as np
 from kinverse.plots import new_figure
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015.network_training import train_network
-from kinverse.studies.jha2015.training_sets import (
+from kinverse.studies.jha2015.networks.sets import (
     CONFIGURATIONS,
     Configuration,
     Floor,
@@ -19,6 +18,7 @@ from kinverse.studies.jha2015.training_sets import (
     quartiles,
     squared_units,
 )
+from kinverse.studies.jha2015.networks.training import train_network
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 if TYPE_CHECKING:

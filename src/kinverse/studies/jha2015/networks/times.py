@@ -4,9 +4,9 @@ import numpy as np
 
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015.hybrid_networks import ANFIS, METHODS, hybrid_cells, hybrid_rows
-from kinverse.studies.jha2015.planar_networks import NETWORKS, planar_cells
-from kinverse.studies.jha2015.training_sets import CONFIGURATIONS
+from kinverse.studies.jha2015.networks.hybrid import ANFIS, METHODS, hybrid_cells, hybrid_rows
+from kinverse.studies.jha2015.networks.planar import NETWORKS, planar_cells
+from kinverse.studies.jha2015.networks.sets import CONFIGURATIONS
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
