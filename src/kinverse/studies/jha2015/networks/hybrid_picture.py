@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 __all__ = ["errors_picture"]
 
+MOST = 1.7
+"""Errors are drawn up to so many times that of the mean joint."""
+
 
 def errors_picture(arm: str, rows: list[Row], floor: float, constant: float) -> Picture:
     """Median with quartiles for each network, between the floor and the mean joint.
@@ -28,7 +31,7 @@ def errors_picture(arm: str, rows: list[Row], floor: float, constant: float) -> 
         f"Test errors of the turning joints, {arm}",
         "Root mean square error on test rows against hidden units, a line with quartiles for each"
         f" network. The best function of the position has {floor:.2f} rad, the mean joint"
-        f" {constant:.2f} rad.",
+        f" {constant:.2f} rad; errors above {MOST * constant:.1f} rad are cut off.",
         partial(_figure, rows, floor, constant),
     )
 
@@ -55,6 +58,8 @@ def _figure(rows: list[Row], floor: float, constant: float) -> "Figure":
         ax.fill_between(hidden, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
     ax.axhline(constant, color="black", ls=":", lw=1.0, label="mean joint")
     ax.axhline(floor, color="black", lw=1.0, label="best function of the position")
+    # trainings that go astray would press the others together
+    ax.set_ylim(top=min(float(ax.get_ylim()[1]), MOST * constant))
     ax.set_xlabel("hidden units")
     ax.set_ylabel("test RMS of turning joints [rad]")
     ax.legend(frameon=False, fontsize="x-small", ncols=2)

@@ -163,7 +163,7 @@ def _epochs(cells: dict[str, list[Row]]) -> "Figure":
                 ax.axhline(errors[-1], color=f"C{k}", ls=style, label=f"PPN, {name}")
             else:
                 ax.plot(np.arange(1, 1 + len(errors)), errors, style, label=f"Pi-Sigma, {name}")
-    ax.set_yscale("log")
+    ax.set_ylim(bottom=0.0)
     ax.set_xlabel("epoch")
     ax.set_ylabel("training mse [rad$^2$]")
     ax.legend(frameon=False, fontsize="small", ncols=2)
