@@ -144,6 +144,7 @@ def test_printed_solutions_of_table_7_28_end_where_the_errata_say(made):
     assert table.verdict is Verdict.NOT_REPRODUCED
     assert "73.7 to 380.8 mm" in table.residual and "median 174.8" in table.residual
     assert "4 printed values" in table.residual
+    assert "5 of 5 (pioneer2), 5 of 5 (pioneer2_7_7)" in table.note
     assert len(table.rows) == 2 * 5 * 5
     assert all(row["lower quartile [mm]"] <= row["f, median [mm]"] for row in table.rows)
 

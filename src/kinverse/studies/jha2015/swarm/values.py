@@ -39,7 +39,10 @@ CellRows = dict[str, list[Row]]
 def _values(task: ArmTask, cells: CellRows) -> Table:
     rows: list[Row] = []
     every: list[Array] = []
+    reach: dict[str, int] = {}
     for name in task.geometries:
+        found = answers_of(cells, task, name, ALGORITHMS[0])
+        reach[name] = len({row["position"] for row in found if row["least"] == 0.0})
         for position in range(5):
             for algorithm in ALGORITHMS:
                 found = answers_of(cells, task, name, algorithm)
@@ -69,7 +72,9 @@ def _values(task: ArmTask, cells: CellRows) -> Table:
         residual,
         f"f is the distance from the position [{task.unit}], equation 6.28. Population {MAIN},"
         f" {len(every[0])} seeds; the budget is not printed: see the convergence. Of all our"
-        f" searches {best:.0f} % end at f <= {task.accepted}. {_read(task)}",
+        f" searches {best:.0f} % end at f <= {task.accepted}. Positions in reach inside the joint"
+        f" limits: {', '.join(f'{count} of 5 ({name})' for name, count in reach.items())}."
+        f" {_read(task)}",
     )
 
 
