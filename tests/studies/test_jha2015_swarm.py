@@ -7,7 +7,7 @@ import oracle
 from kinverse.errors import InputError
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015 import swarm
-from kinverse.studies.jha2015.geometries import METRES, geometry
+from kinverse.studies.jha2015.geometries import GEOMETRIES, METRES, geometry
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS, printed_answers
 from kinverse.studies.jha2015.swarm.cells import LEAST_POPULATION, POPULATIONS, cells_of
 from kinverse.studies.jha2015.swarm.search import search, search_times
@@ -54,15 +54,22 @@ def test_inferred_geometries_give_the_printed_positions(name, table, unit, resid
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_geometry_is_its_rows(name):
-    rows = printed("jha2015", "geometries").where("geometry", name)
+    each = GEOMETRIES[name]
+    rows = printed("jha2015", "arms").where("arm", each.arm)
     robot = geometry(name)
-    unit = METRES[rows.text("length_unit")[0]]
+    unit = METRES[rows.text("unit")[0]]
     theta, d, a, alpha = rows.numbers(["theta_deg", "d", "a", "alpha_deg"]).T
     table = np.stack([np.radians(theta), unit * d, unit * a, np.radians(alpha)], axis=1)
-    q = robot.random(3, np.random.default_rng(5))
-    for row in q:
-        T = oracle.dh_fk(table, rows.text("joint"), row, rows.text("convention")[0])
+    assert each.convention in rows.text("conventions")[0]
+    for row in robot.random(3, np.random.default_rng(5)):
+        T = oracle.dh_fk(table, rows.text("joint"), row, each.convention)
         assert np.abs(robot.fk(row) - T).max() < 1e-12
+
+
+def test_limits_are_the_printed_ones_or_those_that_are_said():
+    assert np.degrees(geometry("irb1400_7_17").limits[1]) == pytest.approx([-70, 70])
+    assert np.degrees(geometry("irb6").limits[0]) == pytest.approx([90, 130])
+    assert np.degrees(geometry("irb6_free").limits) == pytest.approx(np.tile([-180, 180], (5, 1)))
 
 
 def test_positions_of_the_puma_are_those_of_the_irb1400():

@@ -1,14 +1,28 @@
 """P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, NIT Rourkela, 2015."""
 
-from kinverse.studies.jha2015 import conventional, networks, swarm
+from kinverse.studies.jha2015 import (
+    conventional,
+    flags,
+    forward_tables,
+    free_lengths,
+    networks,
+    swarm,
+)
 from kinverse.studies.study import Study
 
 __all__ = ["STUDY"]
 
 STUDY = Study(
     name="jha2015",
-    title="Inverse kinematics of robot manipulators by closed form, networks and swarms",
+    title="Inverse kinematic analysis of robot manipulators",
     source="P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, National"
     " Institute of Technology Rourkela, 2015",
-    tables=(*networks.TABLES, *swarm.TABLES, *conventional.TABLES),
+    tables=(
+        *forward_tables.TABLES,
+        *free_lengths.TABLES,
+        *flags.TABLES,
+        *networks.TABLES,
+        *swarm.TABLES,
+        *conventional.TABLES,
+    ),
 )

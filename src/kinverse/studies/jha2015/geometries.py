@@ -1,34 +1,57 @@
-"""The arms of the thesis as its tables print them, and as their numbers can be had back."""
+"""The arms that searches and networks work on: rows of ``arms``, how they are read, and limits."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from kinverse.errors import InputError
 from kinverse.robot import Robot
-from kinverse.studies.data import printed
+from kinverse.studies.jha2015.arms import arm, source
 
-__all__ = ["METRES", "geometry", "geometry_source"]
+__all__ = ["GEOMETRIES", "METRES", "geometry", "geometry_source"]
 
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 """One of a printed unit [m]."""
 
-READ_AS = {
-    "planar3r": "lengths 10, 7, 5 are printed without a unit and read as cm",
-    "scara": "the range of joint 4 is not printed: a full turn",
-    "irb6": "d1 is printed 070 and read as 0.07 m",
-    "irb6_free": "full turns: no row of table 7.35 keeps the printed ranges",
-    "rx160l_7_23": "full turns: no row of table 7.37 keeps the printed ranges",
-    "irb1400": "theta2 starts at 90 deg, rows read as Craig's: so equations 4.212 to 4.214 hold",
+
+@dataclass(frozen=True)
+class Reading:
+    """How the rows of an arm are taken.
+
+    Attributes:
+        arm: whose rows; see ``arms``.
+        convention: in which they are read.
+        limits: of which arm, or "full turns"; None: its own, full turns where none are printed.
+        note: what of it is a choice.
+    """
+
+    arm: str
+    convention: str = "standard"
+    limits: str | None = None
+    note: str = ""
+
+
+FULL = "full turns: no row of table {} keeps the printed ranges"
+GEOMETRIES = {
+    "planar3r": Reading("planar3r_7.2.1", note="lengths are printed without a unit, read as cm"),
+    "scara": Reading("scara", note="the range of joint 4 is not printed: a full turn"),
+    "pioneer2": Reading("5r_4.4"),
+    "pioneer2_7_7": Reading("5r_inferred"),
+    "puma560": Reading("puma560_4.5", "modified"),
+    "irb1400": Reading("irb1400_4.212", "modified"),
+    "irb1400_7_17": Reading("irb1400_inferred", "modified", "irb1400"),
+    "irb6": Reading("irb6", note="d1 is printed 070 and read as 0.07 m"),
+    "irb6_free": Reading("irb6", limits="full turns", note=FULL.format("7.35")),
+    "rx160l": Reading("rx160l"),
+    "rx160l_7_23": Reading("rx160l_inferred", "modified", note=FULL.format("7.37")),
 }
+"""The printed arms, and those that the rows of a table belong to, named by the table."""
 
 
 @cache
 def geometry(name: str) -> Robot:
-    """An arm of ``data/geometries.csv``.
-
-    Args:
-        name: "scara", or "irb1400_7_17" for the arm that the rows of table 7.17 belong to.
+    """An arm of ``GEOMETRIES``.
 
     Raises:
         InputError: no such geometry; the message lists them.
@@ -37,31 +60,18 @@ def geometry(name: str) -> Robot:
         >>> geometry("irb1400_7_17").dof
         6
     """
-    rows = printed("jha2015", "geometries")
-    mine = rows.where("geometry", name)
-    if not len(mine):
-        known = ", ".join(dict.fromkeys(rows.text("geometry")))
-        raise InputError(f"no geometry {name!r}; there are {known}")
-    theta, d, a, alpha, low, high = mine.numbers(
-        ["theta_deg", "d", "a", "alpha_deg", "low", "high"]
-    ).T
-    kinds, unit = mine.text("joint"), METRES[mine.text("length_unit")[0]]
-    scale = np.array([unit if kind == "P" else np.pi / 180.0 for kind in kinds])
-    moving = [kind != "F" for kind in kinds]
-    return Robot.from_dh(
-        a=unit * a,
-        d=unit * d,
-        alpha=np.radians(alpha),
-        theta=np.radians(theta),
-        joints=kinds,
-        convention=mine.text("convention")[0],
-        limits=(np.stack([low, high], axis=1) * scale[:, None])[moving],
-        name=name,
-        source_note=geometry_source(name),
-        unverified=[READ_AS[name]] if name in READ_AS else (),
-    )
+    if name not in GEOMETRIES:
+        raise InputError(f"no geometry {name!r}; there are {', '.join(GEOMETRIES)}")
+    each = GEOMETRIES[name]
+    robot = arm(each.arm, each.convention)
+    if each.limits == "full turns":
+        return robot.with_limits(np.tile([-np.pi, np.pi], (robot.dof, 1)))
+    if each.limits is not None:
+        return robot.with_limits(arm(each.limits, each.convention).limits)
+    return robot
 
 
 def geometry_source(name: str) -> str:
-    """Where the numbers of a geometry come from."""
-    return printed("jha2015", "geometries").where("geometry", name).text("source")[0]
+    """Where the numbers of a geometry come from, and what of it is a choice."""
+    each = GEOMETRIES[name]
+    return source(each.arm) + (f" ({each.note})" if each.note else "")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.studies.cell import Row
-from kinverse.studies.jha2015.geometries import METRES, READ_AS, geometry, geometry_source
+from kinverse.studies.jha2015.geometries import METRES, geometry, geometry_source
 from kinverse.studies.jha2015.positions import (
     ALGORITHMS,
     ARMS,
@@ -115,10 +115,7 @@ def _verdict(task: ArmTask) -> tuple[Verdict, str]:
 
 
 def _read(task: ArmTask) -> str:
-    parts = []
-    for name in task.geometries:
-        more = f" ({READ_AS[name]})" if name in READ_AS else ""
-        parts.append(f"{name}: {geometry_source(name)}{more}")
+    parts = [f"{name}: {geometry_source(name)}" for name in task.geometries]
     return "Geometries: " + "; ".join(parts) + "."
 
 
