@@ -36,6 +36,8 @@ CellRows = dict[str, list[Row]]
 
 METHODS = {"gdm": "MLPBP", **{name: f"MLP{name.upper()}" for name in SWARM_METHODS}}
 """What trains a network, and its printed name."""
+LBFGS, LBFGS_TITLE = "lbfgs", "MLP L-BFGS (ours)"
+"""A trainer of another kind beside them."""
 ANFIS, ANFIS_PRINTED = "anfis-gbell-0:1e-2", "ANFIS"
 SEEDS, QUICK_SEEDS = 5, 2
 TRIED, QUICK_TRIED = 15_000, 500
@@ -64,7 +66,7 @@ def hybrid_cells(arm: str, quick: bool) -> list[Cell]:
     wanted = [
         (method, str(hidden))
         for hidden in ([units[0], units[-1]] if quick else units)
-        for method in METHODS
+        for method in (*METHODS, LBFGS)
     ]
     wanted.append((ANFIS, "3" if quick else "7"))
     cells = [
@@ -91,6 +93,8 @@ def hybrid_cells(arm: str, quick: bool) -> list[Cell]:
 def _budget(each: Configuration, method: str, quick: bool) -> int:
     if method == ANFIS:
         return 10
+    if method == LBFGS:
+        return 100 if quick else 300
     if method == "gdm":
         return 100 if quick else int(each.value("Number of epochs", EPOCHS))
     return QUICK_TRIED if quick else TRIED
@@ -179,7 +183,7 @@ def _summary(arm: str, cells: CellRows) -> Table:
     each = CONFIGURATIONS[arm]
     floors = floor_of(cells, each.geometry)
     rows: list[Row] = []
-    for method, title in {**METHODS, ANFIS: ANFIS_PRINTED}.items():
+    for method, title in {**METHODS, LBFGS: LBFGS_TITLE, ANFIS: ANFIS_PRINTED}.items():
         for hidden, found in sorted(hybrid_rows(cells, arm, method, None).items()):
             turning = [row for row in found if str(row["output"]).startswith("theta")]
             test, training = (_pooled(turning, part) for part in ("test", "training"))
@@ -187,7 +191,7 @@ def _summary(arm: str, cells: CellRows) -> Table:
             rows.append(
                 {
                     "network": title,
-                    "hidden": hidden if method in METHODS else None,
+                    "hidden": hidden if method != ANFIS else None,
                     "test RMS, median [rad]": test and test[1],
                     "lower quartile [rad]": test and test[0],
                     "upper quartile [rad]": test and test[2],

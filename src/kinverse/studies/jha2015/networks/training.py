@@ -35,9 +35,9 @@ def train_network(
 
     Args:
         geometry_name: see ``geometry``.
-        network: "gdm" (back-propagation with momentum), "lm" (Levenberg-Marquardt), "ppn",
-            "pi-sigma", "anfis-gbell-0", "anfis-gauss-1" (a ridge behind a colon), or the swarm
-            that finds the weights.
+        network: "gdm" (back-propagation with momentum), "lm" (Levenberg-Marquardt), "lbfgs",
+            "ppn", "pi-sigma", "anfis-gbell-0:1e-2" (sets, order, ridge), or the swarm that finds
+            the weights.
         hidden: units of the hidden layers, "10-10"; the degree of "ppn", the order of "pi-sigma".
         train: rows to train on.
         test: further rows to test on.
@@ -116,8 +116,8 @@ def _network(
             max_iter=budget,
             random_state=seed,
         )
-    if network == "lm":
-        return MLP(units, trainer="lm", max_iter=budget, random_state=seed)
+    if network in ("lm", "lbfgs"):
+        return MLP(units, trainer=network, max_iter=budget, random_state=seed)
     if network == "ppn":
         return PolynomialPerceptron(units[0])
     if network == "pi-sigma":
