@@ -1,6 +1,13 @@
 """P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, NIT Rourkela, 2015."""
 
-from kinverse.studies.jha2015 import flags, forward_tables, free_lengths
+from kinverse.studies.jha2015 import (
+    conventional,
+    flags,
+    forward_tables,
+    free_lengths,
+    networks,
+    swarm,
+)
 from kinverse.studies.study import Study
 
 __all__ = ["STUDY"]
@@ -10,5 +17,12 @@ STUDY = Study(
     title="Inverse kinematic analysis of robot manipulators",
     source="P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, National"
     " Institute of Technology Rourkela, 2015",
-    tables=(*forward_tables.TABLES, *free_lengths.TABLES, *flags.TABLES),
+    tables=(
+        *forward_tables.TABLES,
+        *free_lengths.TABLES,
+        *flags.TABLES,
+        *networks.TABLES,
+        *swarm.TABLES,
+        *conventional.TABLES,
+    ),
 )
