@@ -127,7 +127,8 @@ def test_loop_agrees_with_the_iterative_method_where_it_arrives(quick):
 
 def test_fresh_poses_of_the_loop_are_verified_by_forward_kinematics():
     given = arm("ir361")
-    solver = kv.Fusion(region=region(given, 2.0, 0), fallback=None, random_state=1).fit(given)
+    near = region(given, 2.0, 0)
+    solver = kv.Fusion(n_poses=30, region=near, fallback=None, random_state=1).fit(given)
     T = draw(given, 20, 2.0, 0, 5).T
     found = solver.solve(T)
     assert found.ok.all()
