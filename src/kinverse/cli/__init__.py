@@ -19,6 +19,7 @@ from kinverse.cli.fk import fk
 from kinverse.cli.info import info
 from kinverse.cli.robots import robots
 from kinverse.cli.solve import solve
+from kinverse.cli.study import study
 from kinverse.cli.track import track
 from kinverse.cli.train import train
 from kinverse.errors import KinverseError
@@ -35,7 +36,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for _command in (robots, info, fk, solve, compare, train, track, calibrate):
+for _command in (robots, info, fk, solve, compare, train, track, calibrate, study):
     app.command()(_command)
 
 

@@ -199,11 +199,16 @@ def _tables(
         except Exception as error:
             failures.append(_failure(f"table {spec.name}", error))
     computed = sum(work.computed for work in works.values())
-    return StudyRun(study, quick, made, done, tuple(failures), computed)
+    asked = () if specs == study.tables else tuple(spec.name for spec in specs)
+    return StudyRun(study, quick, asked, made, done, tuple(failures), computed)
 
 
 def _cells_of(study: Study, specs: tuple[TableSpec, ...], quick: bool) -> dict[str, Cell]:
     """Cells of the tables by name."""
+    names = [spec.name for spec in study.tables]
+    for name in names:
+        if not NAME.fullmatch(name) or names.count(name) > 1:
+            raise InputError(f"{study.name}: table name {name!r}, which must be one word and once")
     cells: dict[str, Cell] = {}
     for spec in specs:
         for cell in spec.cells(quick):

@@ -2,10 +2,12 @@
 
 import ast
 import hashlib
-import importlib.util
+import importlib
 from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
+
+from kinverse.errors import InputError
 
 __all__ = ["source_hash"]
 
@@ -19,19 +21,27 @@ def source_hash(module: str) -> str:
     Args:
         module: dotted name of a module that can be imported.
 
+    Raises:
+        InputError: the module has no file.
+
     Example:
         >>> len(source_hash("kinverse.studies.cell"))
         64
     """
     package = ".".join(module.split(".")[:2])
-    found: dict[str, Path] = {}
-    waiting = [module]
+    origin = getattr(importlib.import_module(module), "__file__", None)
+    if origin is None:
+        raise InputError(f"module {module} has no file: a cell's function is in a module that has")
+    file = Path(origin)
+    root = file.parents[module.count(".") + (file.name == "__init__.py")]
+    found = {module: file}
+    waiting = [file]
     while waiting:
-        name = waiting.pop()
-        path = None if name in found else _file(name)
-        if path is not None:
-            found[name] = path
-            waiting.extend(each for each in _imports(path) if each.startswith(package + "."))
+        for name in _imports(waiting.pop()):
+            path = _file(root, name) if name.startswith(package + ".") else None
+            if path is not None and name not in found:
+                found[name] = path
+                waiting.append(path)
     files = set(found.values())
     for folder in {path.parent / "data" for path in files}:
         files.update(path for path in folder.glob("*") if path.is_file())
@@ -42,13 +52,11 @@ def source_hash(module: str) -> str:
     return whole.hexdigest()
 
 
-def _file(name: str) -> Path | None:
-    """Where a module's source is; None for what is no module."""
-    try:
-        found = importlib.util.find_spec(name)
-    except (ModuleNotFoundError, ValueError):
-        return None
-    return Path(found.origin) if found and found.origin and found.has_location else None
+def _file(root: Path, name: str) -> Path | None:
+    """Where a module's source is; None for what is no module. Nothing is imported for it."""
+    path = root.joinpath(*name.split("."))
+    files = (path.with_name(f"{path.name}.py"), path / "__init__.py")
+    return next((each for each in files if each.is_file()), None)
 
 
 def _imports(path: Path) -> Iterator[str]:

@@ -32,6 +32,7 @@ class StudyRun:
     Attributes:
         study: what was run.
         quick: few repetitions.
+        asked: names of the tables asked for; empty: all of the study.
         tables: by name, in the order of the document; those that failed are missing.
         cells: finished cells by name.
         failures: cells and tables that raised.
@@ -40,6 +41,7 @@ class StudyRun:
 
     study: Study
     quick: bool
+    asked: tuple[str, ...]
     tables: dict[str, Table]
     cells: dict[str, tuple[Cell, Finished]]
     failures: tuple[Failure, ...]

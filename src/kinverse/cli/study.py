@@ -1,0 +1,62 @@
+"""``kinverse study``: a source document run again, its tables with our figures beside them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from kinverse.errors import InputError
+
+__all__ = ["study"]
+
+
+def study(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="A study, or all; left out: lists them.")
+    ] = None,
+    table: Annotated[str | None, typer.Option(help="One table of it only.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Few repetitions: minutes.")] = False,
+    out: Annotated[
+        Path, typer.Option(help="Folder for pages, CSV files and finished cells.")
+    ] = Path("studies"),
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Processes; one for each core if left out.")
+    ] = None,
+) -> int:
+    """Run a source document again; exit status 1 if something failed. Ctrl-C loses no cell."""
+    from rich.markup import escape
+    from rich.progress import Progress
+
+    from kinverse import plots
+    from kinverse.cli import _study
+    from kinverse.cli._show import note, notes
+    from kinverse.studies.report import write_report
+    from kinverse.studies.runner import run
+
+    if name is None:
+        if table is not None:
+            raise InputError("--table needs a study")
+        _study.show_studies()
+        return 0
+    plots.new_figure((1.0, 1.0))  # a missing package is told before the work
+    screen = notes()
+    try:
+        with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+            job = bar.add_task(escape(name), total=1.0)
+            made = run(
+                name,
+                table,
+                quick=quick,
+                out=out,
+                jobs=-1 if jobs is None else jobs,
+                progress=lambda text, share: bar.update(
+                    job, completed=share, description=escape(text or name)
+                ),
+            )
+    except KeyboardInterrupt:
+        note(f"finished cells are kept in {out}: the same command goes on from there")
+        raise
+    for each in made:
+        path = write_report(each, out)
+        _study.show(each, path)
+    return 0 if all(each.ok for each in made) else 1
