@@ -15,10 +15,20 @@ from kinverse.studies.chiddarwar2010.regions import (
 )
 from kinverse.studies.chiddarwar2010.source import METHODS, parameter, percent_error
 from kinverse.studies.rows import as_number, select, spread, spread_of
-from kinverse.studies.table import Picture, Table, TableSpec
+from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
-__all__ = ["FUSION", "TABLE_2"]
+__all__ = ["FUSION", "POSES_OF_A_PATH", "TABLE_2"]
 
+SHOWN = 10.0
+"""Half width of the region whose path is shown pose by pose [deg]."""
+ASKED = (
+    (None, None),
+    ("RBF as printed", "the loop"),
+    ("MLP", "the loop"),
+    ("RBF as printed", "directly"),
+    ("MLP", "directly"),
+)
+"""Network and way to ask it, of the answers shown; the first stands for the iterative method."""
 MOST = 90.0
 """Share of fresh poses [%] from which on the process counts as arriving in a region."""
 
@@ -157,7 +167,29 @@ def _printed(lines: dict[str, ByRegion]) -> dict[str, float]:
     return {name: percent_error(name.split(",")[0]) for name in lines}
 
 
+def _build_poses(found: dict[str, list[Row]]) -> Table:
+    poses = [row for rows in found.values() for row in select(rows, part="pose", robot=MAIN)]
+    halves = sorted({as_number(row, "half_deg") for row in poses})
+    half = SHOWN if SHOWN in halves else halves[0]
+    of_seed = select(poses, half_deg=half, seed=0)
+    shown = sorted(
+        (row for row in of_seed if (row["network"], row["asked"]) in ASKED),
+        key=lambda row: as_number(row, "pose"),
+    )
+    left_out = {"part", "robot", "half_deg", "seed"}
+    return Table(
+        title=f"Table 2: joint angles at five poses of a path, joints within {region_name(half)}",
+        rows=[{k: v for k, v in row.items() if k not in left_out} for row in shown],
+        verdict=Verdict.CANNOT_CHECK,
+        residual="the table is not in the text; its mean errors are compared in table-2",
+        note=f"{MAIN}, the first seed. The loop starts each pose at the answer of the one before.",
+    )
+
+
 FUSION = TableSpec("fusion", "The fusion process (section 2.1)", fusion_cells, _build_fusion)
 TABLE_2 = TableSpec(
     "table-2", "Five poses of a path (section 4, table 2)", fusion_cells, _build_table_2
+)
+POSES_OF_A_PATH = TableSpec(
+    "poses", "Joint angles at five poses of a path (table 2)", fusion_cells, _build_poses
 )

@@ -50,14 +50,14 @@ def run_fusion(robot: str, half: float, seed: int, epochs: int, fresh: int) -> l
 
     Returns:
         Rows told apart by "part": "loop" for each network; "path" for each network and way to ask
-        it; one "iterative".
+        it; "pose" for each of these and pose of the path; one "iterative".
     """
     given = arm(robot)
     q = path_joints(given, half, seed, PATH + seed)
     T = given.fk(q[1:])
     way = Way(q[0], T, _iterated(given, q[0], T))
     targets = draw(given, fresh, half, seed, FRESH + seed).T
-    rows = [_iterative_row(given, way)]
+    rows = [_iterative_row(given, way), *_angles("iterative", None, None, way.q)]
     features, train, _ = absolute_patterns(robot, half, seed)
     for name in NETWORKS:
         solver = kv.Fusion(
@@ -84,6 +84,7 @@ def run_fusion(robot: str, half: float, seed: int, epochs: int, fresh: int) -> l
             row: Row = {"part": "path", "method": f"{family} {method}", "network": name}
             row |= {"asked": asked, "prediction_s": seconds, **_percent(answer, way.q)}
             rows.append(row)
+            rows += _angles(f"{family} {method}", name, asked, answer)
     return [{"robot": robot, "half_deg": half, "seed": seed, **row} for row in rows]
 
 
@@ -156,6 +157,18 @@ def _timed(work: Any) -> tuple[Any, float]:
     for _ in range(REPEATS):
         result = work()
     return result, (time.process_time() - start) / REPEATS
+
+
+def _angles(method: str, network: str | None, asked: str | None, q: Array) -> list[Row]:
+    """Joint angles of each pose; None where there is no answer."""
+    rows: list[Row] = []
+    for pose, values in enumerate(np.degrees(q).tolist(), start=1):
+        row: Row = {"part": "pose", "pose": pose, "method": method, "network": network}
+        row["asked"] = asked
+        for joint, value in enumerate(values, start=1):
+            row[f"joint {joint} [deg]"] = round(value, 4) if np.isfinite(value) else None
+        rows.append(row)
+    return rows
 
 
 def _percent(answer: Array, iterative: Array) -> Row:
