@@ -54,11 +54,11 @@ def trained():
 def test_samples_meet_the_conditions_as_errata_counts_them(conditions, poses):
     row = next(row for row in conditions if row["poses"] == poses)
     samples, five, six, inside, least, greatest = ERRATA[poses]
-    assert (row["samples"], row["meet_5"], row["meet_6"]) == (samples, five, six)
-    assert row["meet_5_inside_4"] == inside
-    assert row["conditions_agree"] is True
-    assert abs(as_number(row, "least_of_5_m2") - least) < 1e-9
-    assert abs(as_number(row, "greatest_of_5_m2") - greatest) < 1e-9
+    assert (row["samples"], row["meet (5)"], row["meet (6)"]) == (samples, five, six)
+    assert row["meet (5) inside (4)"] == inside
+    assert row["conditions agree"] is True
+    assert abs(as_number(row, "least of (5) [m²]") - least) < 1e-9
+    assert abs(as_number(row, "greatest of (5) [m²]") - greatest) < 1e-9
 
 
 def test_runs_of_feasible_samples_are_those_of_errata():
@@ -84,10 +84,10 @@ def test_feasible_finds_the_crossings_of_errata():
 
 def test_feasible_and_the_sampled_conditions_agree(conditions):
     for row in conditions[:4]:
-        share = 100.0 * as_number(row, "meet_5") / as_number(row, "samples")
-        assert abs(as_number(row, "feasible_length_%") - share) < 0.3
-        inside = 100.0 * as_number(row, "meet_5_inside_4") / as_number(row, "samples")
-        assert abs(as_number(row, "feasible_length_inside_4_%") - inside) < 0.3
+        share = 100.0 * as_number(row, "meet (5)") / as_number(row, "samples")
+        assert abs(as_number(row, "feasible length [%]") - share) < 0.3
+        inside = 100.0 * as_number(row, "meet (5) inside (4)") / as_number(row, "samples")
+        assert abs(as_number(row, "feasible length inside (4) [%]") - inside) < 0.3
 
 
 def test_claims_on_whole_trajectories_are_compared_one_by_one(conditions):
@@ -95,7 +95,7 @@ def test_claims_on_whole_trajectories_are_compared_one_by_one(conditions):
     assert table.verdict is Verdict.REPRODUCED
     assert table.residual.startswith("0 of 4")
     broken = [dict(row) for row in conditions]
-    broken[1]["meet_5"] = 424
+    broken[1]["meet (5)"] = 424
     table = CONDITIONS.build({"conditions": broken})
     assert table.verdict is Verdict.NOT_REPRODUCED
     assert table.residual.startswith("1 of 4")

@@ -11,6 +11,7 @@ from kinverse.studies.chiddarwar2010.regions import (
     grouped,
     in_words,
     reached,
+    tried,
     verdict,
 )
 from kinverse.studies.chiddarwar2010.source import METHODS, parameter, percent_error
@@ -48,7 +49,6 @@ def _build_fusion(found: dict[str, list[Row]]) -> Table:
         rows.append(row)
         if robot == MAIN and shares.median >= MOST:
             widest.setdefault(str(network), []).append(float(half or 0.0))
-    tried = sorted({as_number(row, "half_deg") for row in loops})
     reach = {
         str(network): region_name(max(widest[str(network)])) if network in widest else NOWHERE
         for (network,) in grouped(loops, "network")
@@ -64,7 +64,7 @@ def _build_fusion(found: dict[str, list[Row]]) -> Table:
             for network, where in reach.items()
         ),
         note=(
-            f"Regions tried on {MAIN}: {', '.join(region_name(half) for half in tried)}. The loop"
+            f"Regions tried on {MAIN}: {tried(select(loops, robot=MAIN))}. The loop"
             " starts at the nearest training pose, holds 1 mrad as well, and has no fall-back;"
             " the error is that of its best joint values, arrived or not."
         ),
@@ -146,8 +146,8 @@ def _build_table_2(found: dict[str, list[Row]]) -> Table:
             "Mean of 100 |q - q_iterative| / |q_iterative| over five poses and all joints, angles"
             " below 1 deg left out and counted; medians over seeds. The document's path and its"
             " joint values are not in the text: ours goes evenly from one configuration of the"
-            " region to another. Each pose starts at the answer of the one before. One step is the"
-            " network's first prediction, from the nearest training pose."
+            f" region to another (regions tried: {tried(path)}). Each pose starts at"
+            " the answer of the one before. One step is the network's first prediction, from the nearest training pose."
         ),
         pictures=(
             Picture(

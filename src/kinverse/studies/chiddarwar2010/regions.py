@@ -22,6 +22,7 @@ __all__ = [
     "grouped",
     "in_words",
     "reached",
+    "tried",
     "verdict",
 ]
 
@@ -43,6 +44,17 @@ def columns(found: ByRegion, unit: str) -> Row:
     return {
         f"{region_name(half)} [{unit}]": found[half].median for half in REGIONS if half in found
     }
+
+
+def tried(rows: Iterable[Row]) -> str:
+    """The regions of rows, in words.
+
+    Example:
+        >>> tried([{"half_deg": 2.0}, {"half_deg": 180.0}])
+        '±2 deg, whole workspace'
+    """
+    halves = {row["half_deg"] for row in rows}
+    return ", ".join(region_name(half) for half in REGIONS if half in halves)
 
 
 def reached(found: ByRegion, most: float) -> str:

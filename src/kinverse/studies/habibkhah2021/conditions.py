@@ -37,10 +37,10 @@ def check_conditions() -> list[Row]:
         held = kv.Analytic(task="planar")
         path = named_path(f"habibkhah_{number}")
         without, inside = (feasible(arm(), path, solver=each) for each in (free, held))
-        row["feasible_length_%"] = 100.0 * without.share
-        row["feasible_length_inside_4_%"] = 100.0 * inside.share
-        row["feasible_parts_m"] = _parts(without)
-        row["feasible_parts_inside_4_m"] = _parts(inside)
+        row["feasible length [%]"] = 100.0 * without.share
+        row["feasible length inside (4) [%]"] = 100.0 * inside.share
+        row["feasible parts [m]"] = _parts(without)
+        row["feasible parts inside (4) [m]"] = _parts(inside)
         rows.append(row)
     for side, ends in SIDES.items():
         rows.append({**_counted(3, slice(*ends)), "poses": f"trajectory 3, {side} side"})
@@ -55,12 +55,12 @@ def _counted(number: int, part: slice) -> Row:
     return {
         "poses": f"trajectory {number}",
         "samples": len(T),
-        "meet_5": int(five.holds.sum()),
-        "meet_6": int(six.holds.sum()),
-        "conditions_agree": bool((five.holds == six.holds).all()),
-        "meet_5_inside_4": int((five.holds & inside).sum()),
-        "least_of_5_m2": float(five.value.min()),
-        "greatest_of_5_m2": float(five.value.max()),
+        "meet (5)": int(five.holds.sum()),
+        "meet (6)": int(six.holds.sum()),
+        "conditions agree": bool((five.holds == six.holds).all()),
+        "meet (5) inside (4)": int((five.holds & inside).sum()),
+        "least of (5) [m²]": float(five.value.min()),
+        "greatest of (5) [m²]": float(five.value.max()),
     }
 
 
@@ -80,11 +80,11 @@ def _build(found: dict[str, list[Row]]) -> Table:
     for row in rows:
         shown.append(dict(row))
         if (place := len(shown) - 1) < len(claims):
-            ours = row["meet_5"] == row["samples"] == row["meet_6"]
+            ours = row["meet (5)"] == row["samples"] == row["meet (6)"]
             said = claims[place] == "1"
-            shown[-1] |= {"all_meet_printed": said, "all_meet_ours": ours}
+            shown[-1] |= {"all meet, printed": said, "all meet, ours": ours}
             wrong += ours != said
-    differ = sum(not row["conditions_agree"] for row in rows)
+    differ = sum(not row["conditions agree"] for row in rows)
     second, fourth = rows[1], rows[3]
     return Table(
         title="Figures 7 to 14: samples that meet conditions (5) and (6)",
@@ -94,8 +94,8 @@ def _build(found: dict[str, list[Row]]) -> Table:
         note=(
             f"Conditions (5) and (6) differ on {differ} rows: both say that the triangle of the"
             " first two links closes. With the joint ranges (4) held as well, trajectory 2 keeps"
-            f" {second['meet_5_inside_4']} of {second['samples']} samples and trajectory 4"
-            f" {fourth['meet_5_inside_4']} of {fourth['samples']}. Trajectory 3 is read as the"
+            f" {second['meet (5) inside (4)']} of {second['samples']} samples and trajectory 4"
+            f" {fourth['meet (5) inside (4)']} of {fourth['samples']}. Trajectory 3 is read as the"
             " rectangle's perimeter in steps of 0.01, trajectory 4 as its part that meets (5):"
             " that all of it does holds by this reading."
         ),
@@ -115,7 +115,7 @@ def _build(found: dict[str, list[Row]]) -> Table:
 
 
 def _alt(rows: list[Row], what: str) -> str:
-    met = ", ".join(f"{row['meet_5']} of {row['samples']}" for row in rows[:4])
+    met = ", ".join(f"{row['meet (5)']} of {row['samples']}" for row in rows[:4])
     return f"Four graphs of {what}; met by {met} samples of trajectories 1 to 4, shaded elsewhere."
 
 

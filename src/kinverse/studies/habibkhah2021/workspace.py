@@ -27,9 +27,13 @@ def describe_workspace() -> list[Row]:
         }
     ]
     for arc in space.boundary:
-        row: Row = {"part": "arc", "centre_x_m": arc.center[0], "centre_y_m": arc.center[1]}
-        row |= {"radius_m": arc.radius, "from_deg": float(np.degrees(arc.start))}
-        row |= {"to_deg": float(np.degrees(arc.end)), "reached": arc.reached}
+        row: Row = {
+            "part": "arc",
+            "centre x [m]": round(arc.center[0], 12),
+            "centre y [m]": round(arc.center[1], 12),
+        }
+        row |= {"radius [m]": arc.radius, "from [deg]": float(np.degrees(arc.start))}
+        row |= {"to [deg]": float(np.degrees(arc.end)), "reached": arc.reached}
         rows.append(row)
     return rows
 
