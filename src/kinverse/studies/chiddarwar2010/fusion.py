@@ -147,7 +147,8 @@ def _build_table_2(found: dict[str, list[Row]]) -> Table:
             " below 1 deg left out and counted; medians over seeds. The document's path and its"
             " joint values are not in the text: ours goes evenly from one configuration of the"
             f" region to another (regions tried: {tried(path)}). Each pose starts at"
-            " the answer of the one before. One step is the network's first prediction, from the nearest training pose."
+            " the answer of the one before. One step is the network's first prediction, from the"
+            " nearest training pose."
         ),
         pictures=(
             Picture(
