@@ -49,4 +49,4 @@ def _places(quick: bool) -> list[tuple[str, float, int]]:
     if quick:
         return [(MAIN, REGIONS[0], 0)]
     main = [(MAIN, half, seed) for half in REGIONS for seed in range(5)]
-    return main + [(BESIDE, half, seed) for half in (5.0, WHOLE) for seed in range(3)]
+    return main + [(BESIDE, half, seed) for half in (REGIONS[0], WHOLE) for seed in range(3)]
