@@ -7,9 +7,10 @@ import kinverse as kv
 from kinverse.studies.cell_file import check_rows
 from kinverse.studies.chiddarwar2010 import STUDY
 from kinverse.studies.chiddarwar2010.data_set import DATA_SET
-from kinverse.studies.chiddarwar2010.held_out import absolute_patterns, held_out_errors
-from kinverse.studies.chiddarwar2010.loop import _percent, run_fusion
+from kinverse.studies.chiddarwar2010.held_out import _absolute_patterns, held_out_errors
+from kinverse.studies.chiddarwar2010.loop import run_fusion
 from kinverse.studies.chiddarwar2010.networks import make_network
+from kinverse.studies.chiddarwar2010.path import percent_row
 from kinverse.studies.chiddarwar2010.plan import fusion_cells, held_out_cells
 from kinverse.studies.chiddarwar2010.poses import (
     REGIONS,
@@ -82,17 +83,17 @@ def test_a_path_starts_beside_its_five_poses_and_is_free(robot):
 
 
 def test_absolute_networks_have_as_many_patterns_as_printed():
-    _, train, test = absolute_patterns("ir361", 5.0, 0)
+    _, train, test = _absolute_patterns("ir361", 5.0, 0)
     assert len(train) + len(test) == parameter("patterns") == 4890
     assert len(train) == 3423
     assert not set(map(tuple, train.q)) & set(map(tuple, test.q))
 
 
 def test_seeds_of_training_fresh_poses_and_paths_are_unrelated():
-    from kinverse.studies.chiddarwar2010 import held_out, loop, poses
+    from kinverse.studies.chiddarwar2010 import held_out, loop, path, poses
 
     firsts = [held_out.POSES, held_out.SPLIT, held_out.SAMPLES, held_out.START]
-    firsts += [loop.FRESH, loop.PATH, poses.CENTRES]
+    firsts += [loop.FRESH, path.PATH, poses.CENTRES]
     assert np.diff(sorted(firsts)).min() >= 1000
 
 
@@ -106,10 +107,10 @@ def test_networks_have_the_printed_size():
 
 def test_percent_error_leaves_small_angles_out_and_counts_them():
     iterative = np.array([[1.0, np.radians(0.5)], [-2.0, 0.5]])
-    row = _percent(iterative + [[0.01, 1.0], [0.02, 0.0]], iterative)
+    row = percent_row(iterative + [[0.01, 1.0], [0.02, 0.0]], iterative)
     assert abs(row["percent_error"] - (1.0 + 1.0 + 0.0) / 3.0) < 1e-12
     assert (row["angles"], row["small_angles"], row["poses_without_iterative"]) == (3, 1, 0)
-    row = _percent(iterative, np.full((2, 2), np.nan))
+    row = percent_row(iterative, np.full((2, 2), np.nan))
     assert row["percent_error"] is None
     assert row["poses_without_iterative"] == 2
 
@@ -138,7 +139,7 @@ def test_fresh_poses_of_the_loop_are_verified_by_forward_kinematics():
 
 @pytest.mark.slow
 def test_rms_rows_cover_all_joints_networks_and_splits(quick):
-    rows = quick["held-out-ir361-2-0"]
+    rows = select(quick["held-out-ir361-2-0"], part="rms")
     kinds = {(row["method"], row["network"], row["split"]) for row in rows}
     assert len(kinds) == 9 and len(rows) == 54
     assert {method for method, _, _ in kinds} == set(METHODS)
@@ -157,7 +158,7 @@ def test_rbf_ranges_are_reached_near_one_configuration(quick):
 def test_whole_workspace_is_out_of_reach_of_the_printed_ranges():
     rows = held_out_errors("ir361", WHOLE, 0, 1)
     for method in METHODS:
-        worst = max(as_number(row, "rms_deg") for row in select(rows, method=method))
+        worst = max(as_number(row, "rms_deg") for row in select(rows, part="rms", method=method))
         assert worst > 10.0 * limits_of_rms(method)[1]
 
 
@@ -177,7 +178,7 @@ def test_verdicts_follow_the_regions():
 
 
 def _rms_row(method, network, split, half, seed, joint, rms):
-    row = {"robot": "ir361", "method": method, "network": network, "split": split}
+    row = {"part": "rms", "robot": "ir361", "method": method, "network": network, "split": split}
     return row | {"half_deg": half, "seed": seed, "joint": joint, "rms_deg": rms}
 
 

@@ -1,6 +1,8 @@
 """Networks of increments and of absolute angles, held against patterns they have not met."""
 
 import time
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,10 +10,11 @@ from numpy.typing import NDArray
 from kinverse.learning import DataSet, IncrementalPairs, PoseFeatures
 from kinverse.studies.cell import Row
 from kinverse.studies.chiddarwar2010.networks import FAMILY, NETWORKS, make_network
+from kinverse.studies.chiddarwar2010.path import answer_rows, timed, way_of
 from kinverse.studies.chiddarwar2010.poses import arm, draw
 from kinverse.studies.chiddarwar2010.source import parameter
 
-__all__ = ["ABSOLUTE", "POSES", "SPLITS", "START", "absolute_patterns", "held_out_errors"]
+__all__ = ["ABSOLUTE", "POSES", "SPLITS", "START", "held_out_errors"]
 
 Array = NDArray[np.float64]
 Patterns = tuple[Array, Array]
@@ -33,7 +36,8 @@ def held_out_errors(robot: str, half: float, seed: int, epochs: int) -> list[Row
         epochs: of the MLPs.
 
     Returns:
-        A row for each network, split and joint with its rms error [deg] and the times [s].
+        A row of part "rms" for each network, split and joint [deg] with the times [s]; of the
+        absolute networks also "path" and "pose", what they say of the path of this region.
     """
     given = arm(robot)
     data = draw(given, int(parameter("poses")), half, seed, POSES + seed)
@@ -45,15 +49,20 @@ def held_out_errors(robot: str, half: float, seed: int, epochs: int) -> list[Row
             test_fraction=_test_share(),
             random_state=SPLIT + seed,
         ).make(data.q, data.T)
-        rows += _tried("fusion", split, pairs.train, pairs.test, epochs, seed)
-    features, train, test = absolute_patterns(robot, half, seed)
-    rows += _tried(
-        "absolute", ABSOLUTE, train.inverse(features), test.inverse(features), epochs, seed
-    )
+        for name in NETWORKS:
+            rows += _fitted("fusion", name, split, pairs.train, pairs.test, epochs, seed)[1]
+    features, train, test = _absolute_patterns(robot, half, seed)
+    way = way_of(given, half, seed)
+    inputs = features.transform(way.T)
+    patterns = train.inverse(features), test.inverse(features)
+    for name in NETWORKS:
+        network, more = _fitted("absolute", name, ABSOLUTE, *patterns, epochs, seed)
+        said, spent = timed(partial(network.predict, inputs))
+        rows += more + answer_rows(way, f"{FAMILY[name]} absolute", name, "directly", said, spent)
     return [{"robot": robot, "half_deg": half, "seed": seed, **row} for row in rows]
 
 
-def absolute_patterns(robot: str, half: float, seed: int) -> tuple[PoseFeatures, DataSet, DataSet]:
+def _absolute_patterns(robot: str, half: float, seed: int) -> tuple[PoseFeatures, DataSet, DataSet]:
     """Fitted features, and as many samples as the document has patterns: to train, to test."""
     samples = draw(arm(robot), int(parameter("patterns")), half, seed, SAMPLES + seed)
     train, test = samples.split(_test_share(), random_state=SPLIT + seed)
@@ -64,22 +73,21 @@ def _test_share() -> float:
     return 1.0 - parameter("training share") / 100.0
 
 
-def _tried(
-    form: str, split: str, train: Patterns, test: Patterns, epochs: int, seed: int
-) -> list[Row]:
+def _fitted(
+    form: str, name: str, split: str, train: Patterns, test: Patterns, epochs: int, seed: int
+) -> tuple[Any, list[Row]]:
+    """The network, trained, and its errors joint by joint."""
+    network = make_network(name, epochs, START + seed)
+    start = time.process_time()
+    network.fit(*train)
+    trained = time.process_time()
+    error = network.predict(test[0]) - test[1]
+    tested = time.process_time()
     rows: list[Row] = []
-    for name in NETWORKS:
-        network = make_network(name, epochs, START + seed)
-        start = time.process_time()
-        network.fit(*train)
-        trained = time.process_time()
-        error = network.predict(test[0]) - test[1]
-        tested = time.process_time()
-        rms = np.degrees(np.sqrt(np.mean(error**2, axis=0)))
-        for joint, value in enumerate(rms.tolist(), start=1):
-            row: Row = {"method": f"{FAMILY[name]} {form}", "network": name, "split": split}
-            row |= {"joint": joint, "rms_deg": value, "patterns": len(train[0])}
-            row |= {"tested": len(test[0])}
-            row |= {"training_s": trained - start, "testing_s": tested - trained}
-            rows.append(row)
-    return rows
+    for joint, value in enumerate(np.sqrt(np.mean(error**2, axis=0)).tolist(), start=1):
+        row: Row = {"part": "rms", "method": f"{FAMILY[name]} {form}", "network": name}
+        row |= {"split": split, "joint": joint, "rms_deg": float(np.degrees(value))}
+        row |= {"patterns": len(train[0]), "tested": len(test[0])}
+        row |= {"training_s": trained - start, "testing_s": tested - trained}
+        rows.append(row)
+    return network, rows

@@ -1,11 +1,11 @@
 """Which cells are run: robots, regions, seeds."""
 
-from kinverse.studies.cell import Cell
+from kinverse.studies.cell import Cell, Value
 from kinverse.studies.chiddarwar2010.held_out import held_out_errors
 from kinverse.studies.chiddarwar2010.loop import run_fusion
 from kinverse.studies.chiddarwar2010.poses import REGIONS, WHOLE
 
-__all__ = ["MAIN", "fusion_cells", "held_out_cells"]
+__all__ = ["MAIN", "all_cells", "fusion_cells", "held_out_cells"]
 
 MAIN = "ir361"
 """The candidate for the document's robot; the other stands beside it in fewer regions."""
@@ -18,7 +18,7 @@ def held_out_cells(quick: bool) -> list[Cell]:
         Cell(
             f"held-out-{robot}-{half:g}-{seed}",
             held_out_errors,
-            {**_common(robot, half, seed, quick)},
+            _common(robot, half, seed, quick),
         )
         for robot, half, seed in _places(quick)
     ]
@@ -36,7 +36,12 @@ def fusion_cells(quick: bool) -> list[Cell]:
     ]
 
 
-def _common(robot: str, half: float, seed: int, quick: bool) -> dict[str, str | float | int]:
+def all_cells(quick: bool) -> list[Cell]:
+    """Both: absolute networks follow the paths where they are trained."""
+    return held_out_cells(quick) + fusion_cells(quick)
+
+
+def _common(robot: str, half: float, seed: int, quick: bool) -> dict[str, Value]:
     return {"robot": robot, "half": half, "seed": seed, "epochs": 10 if quick else 25}
 
 
@@ -44,4 +49,4 @@ def _places(quick: bool) -> list[tuple[str, float, int]]:
     if quick:
         return [(MAIN, REGIONS[0], 0)]
     main = [(MAIN, half, seed) for half in REGIONS for seed in range(5)]
-    return main + [(BESIDE, half, seed) for half in (5.0, WHOLE) for seed in range(3)]
+    return main + [(BESIDE, half, seed) for half in (REGIONS[0], WHOLE) for seed in range(3)]

@@ -36,7 +36,7 @@ def _worst(rows: list[Row]) -> ByRegion:
 
 
 def _build_table_3(found: dict[str, list[Row]]) -> Table:
-    every = [row for rows in found.values() for row in rows]
+    every = [row for rows in found.values() for row in select(rows, part="rms")]
     rows: list[Row] = []
     for (robot, method, network, split), group in grouped(
         every, "robot", "method", "network", "split"
@@ -97,7 +97,7 @@ def _as_printed(every: list[Row], method: str) -> list[Row]:
 
 
 def _build_figure_9(found: dict[str, list[Row]]) -> Table:
-    every = [row for rows in found.values() for row in rows]
+    every = [row for rows in found.values() for row in select(rows, part="rms")]
     keys = ("robot", "method", "network", "split", "half_deg")
     rows: list[Row] = []
     for key, group in grouped(every, *keys).items():
@@ -115,7 +115,8 @@ def _build_figure_9(found: dict[str, list[Row]]) -> Table:
 
 
 def _build_splits(found: dict[str, list[Row]]) -> Table:
-    every = [row for rows in found.values() for row in rows if row["split"] != ABSOLUTE]
+    every = [row for rows in found.values() for row in select(rows, part="rms")]
+    every = [row for row in every if row["split"] != ABSOLUTE]
     rows: list[Row] = []
     for (robot, network), group in grouped(every, "robot", "network").items():
         pose, pair = (_worst(select(group, split=split)) for split in ("pose", "pair"))
