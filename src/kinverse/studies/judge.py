@@ -8,18 +8,19 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["apart", "errors", "inside", "pose"]
+__all__ = ["apart", "errors", "frames", "inside", "pose"]
 
 Array = NDArray[np.float64]
 
 
-def pose(robot: "Robot", q: Array) -> Array:
-    """Joint values (N, n) to poses of the tool (N, 4, 4): a product of the robot's frames.
+def frames(robot: "Robot", q: Array) -> list[Array]:
+    """Joint values (N, n) to the frame of each joint after its motion, then the tool's (N, 4, 4).
 
     Example:
-        >>> pose(kv.load("kr16"), np.zeros((1, 6)))[0, :3, 3]
+        >>> frames(kv.load("kr16"), np.zeros((1, 6)))[2][0, :3, 3]
     """
     T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+    found = []
     for i, kind in enumerate(robot.kinds):
         value = robot.multiplier[i] * q[:, robot.source[i]] + robot.offset[i]
         motion = np.tile(np.eye(4), (len(q), 1, 1))
@@ -30,7 +31,13 @@ def pose(robot: "Robot", q: Array) -> Array:
             motion[:, 1, 0] = np.sin(value)
             motion[:, 0, 1] = -motion[:, 1, 0]
         T = T @ robot.frames[i] @ motion
-    return np.asarray(T @ robot.frames[-1])
+        found.append(T)
+    return [*found, T @ robot.frames[-1]]
+
+
+def pose(robot: "Robot", q: Array) -> Array:
+    """Joint values (N, n) to poses of the tool (N, 4, 4)."""
+    return frames(robot, q)[-1]
 
 
 def errors(wanted: Array, reached: Array) -> tuple[Array, Array]:

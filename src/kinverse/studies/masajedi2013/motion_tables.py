@@ -1,0 +1,306 @@
+"""Figures 7 to 9: the tool between the points, in the simulator, and what the joints carry."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinverse.paths import named_path, named_samples
+from kinverse.studies.cell import Cell, Row
+from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
+from kinverse.studies.masajedi2013.motion import (
+    BY_ITSELF,
+    DEGREES,
+    ON,
+    SECONDS,
+    interpolated,
+    moved,
+)
+from kinverse.studies.table import Picture, Table, TableSpec, Verdict
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["TABLES", "compared"]
+
+SEEDS = (301, 302, 303)
+BEES = (f"{ON}{SHOWN[0]}", f"{ON}{SHOWN[1]}")
+ALL = (*SHOWN, *BEES, *BY_ITSELF)
+COLOURS = ("tab:red", "tab:blue")
+
+
+def _cells(function: Callable[..., list[Row]], sources: tuple[str, ...], quick: bool) -> list[Cell]:
+    """A cell for each path, kind of joint values and seed."""
+    cells = []
+    for path in PATHS:
+        for source in sources:
+            for seed in _seeds(source, quick):
+                name = f"{function.__name__}-{path}-{ALL.index(source)}-{seed}"
+                cells.append(Cell(name, function, {"path": path, "source": source, "seed": seed}))
+    return cells
+
+
+def _between_cells(quick: bool) -> list[Cell]:
+    return _cells(interpolated, (*SHOWN, *BEES), quick)
+
+
+def _seeds(source: str, quick: bool) -> tuple[int, ...]:
+    """The closed form has no seed."""
+    if not source.startswith("bees"):
+        return SEEDS[:1]
+    return SEEDS[:1] if quick else SEEDS
+
+
+def _between_table(rows: dict[str, list[Row]]) -> Table:
+    groups: dict[tuple[object, ...], list[Row]] = {}
+    for row in (row for cell in rows.values() for row in cell):
+        groups.setdefault((row["path"], row["joint values"], row["degree"]), []).append(row)
+    table: list[Row] = []
+    for (path, source, degree), group in groups.items():
+        strays = [float(row["between them, largest, mm"] or 0.0) for row in group]
+        table.append(
+            {
+                "path": str(path),
+                "joint values": str(source),
+                "degree": int(str(degree)),
+                "seeds": len(group),
+                "at the points, largest, mm": _median(group, "at the points, largest, mm"),
+                "between them, largest, mm": float(np.median(strays)),
+                "between them, of all seeds, mm": f"{min(strays):.3g} to {max(strays):.3g}",
+            }
+        )
+    exact = [row for row in table if row["joint values"] in SHOWN and row["degree"] == 6]
+    worst = max(float(row["between them, largest, mm"] or 0.0) for row in exact)
+    picture = Picture(
+        "Coordinates of the tool along the curved path, as in figure 7",
+        "Three panels, x, y and z of the tool against the share of the path: the path as a line,"
+        " the 21 accuracy points as dots on it, and beneath each how far splines of degree 3, 5 and"
+        f" 6 through the joint values stray, below {max(1.0, worst):.2g} mm.",
+        _figure_7,
+    )
+    return Table(
+        title="Figure 7: the tool between the accuracy points",
+        rows=table,
+        verdict=Verdict.CANNOT_CHECK,
+        residual=f"closed form, degree 6: at most {worst:.2g} mm off between the points",
+        note="The document joins the joint values of 21 points by interpolation of sixth order"
+        " (degree 5 or 6) and shows the tool's coordinates without numbers. Bees on a branch search"
+        " the full pose within 10 degrees of the last answer, which is ours.",
+        pictures=(picture,),
+    )
+
+
+def _figure_7() -> "Figure":
+    import kinverse as kv
+    from kinverse.paths import JointCurve
+    from kinverse.plots import new_figure
+    from kinverse.studies import judge
+    from kinverse.studies.masajedi2013.branches import ROBOT, branches_along
+
+    robot, line = kv.load(ROBOT), named_path(PATHS[1])
+    T, s = named_samples(PATHS[1])
+    known, labels = branches_along(T)
+    dense = np.linspace(0.0, line.length, 1001)
+    wanted = line(dense)[:, :3, 3]
+    figure = new_figure((10.0, 5.4))
+    axes = figure.subplots(2, 3, sharex=True)
+    for degree, style in zip(DEGREES, ("-", "--", ":"), strict=True):
+        curve = JointCurve(s, known[labels.index(SHOWN[0])], degree=degree)
+        strays = 1e3 * (judge.pose(robot, curve(dense))[:, :3, 3] - wanted)
+        for k in range(3):
+            axes[1, k].plot(dense / line.length, strays[:, k], style, label=f"degree {degree}")
+    for k, name in enumerate("xyz"):
+        axes[0, k].plot(dense / line.length, wanted[:, k], color="tab:red", label="path")
+        axes[0, k].plot(s / line.length, T[:, k, 3], "ko", ms=4, label="accuracy points")
+        axes[0, k].set_title(name, fontsize=10)
+        axes[1, k].set_xlabel("share of the path")
+        for row in axes:
+            row[k].grid(alpha=0.3)
+    axes[0, 0].set_ylabel("coordinate [m]")
+    axes[1, 0].set_ylabel("off the path [mm]")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    axes[1, 0].legend(frameon=False, fontsize=8)
+    return figure
+
+
+def _motion_cells(quick: bool) -> list[Cell]:
+    return _cells(moved, ALL, quick)
+
+
+def _motion_table(rows: dict[str, list[Row]]) -> Table:
+    groups: dict[tuple[object, ...], list[Row]] = {}
+    for row in (row for cell in rows.values() for row in cell if row["kind"] == "motion"):
+        groups.setdefault((row["path"], row["joint values"], row["drive"]), []).append(row)
+    table: list[Row] = []
+    for (path, source, drive), group in groups.items():
+        table.append(
+            {
+                "path": str(path),
+                "joint values": str(source),
+                "drive": str(drive),
+                "seeds": len(group),
+                "ran to the end, %": 100.0
+                * float(np.mean([bool(r["ran to the end"]) for r in group])),
+                "error, rms, mm": _median(group, "error, rms, mm"),
+                "error, largest, mm": _median(group, "error, largest, mm"),
+                "joints against inverse kinematics, deg": _median(
+                    group, "joints against inverse kinematics, deg"
+                ),
+            }
+        )
+    by = {(row["path"], row["joint values"], row["drive"]): row for row in table}
+    exact = [by[path, source, "joints"] for path in PATHS for source in SHOWN]
+    near = [by[path, source, "joints"] for path in PATHS for source in BEES]
+    alone = [by[path, source, "joints"] for path in PATHS for source in BY_ITSELF]
+    told = {
+        "closed form": _range(exact),
+        "bees that stay on the branch": _range(near),
+        "bees by themselves": _range(alone),
+    }
+    words = "; ".join(f"{name} {values} mm" for name, values in told.items())
+    picture = Picture(
+        "Distance of the tool from the curved path in the simulator, as in figure 8",
+        f"Distance against time on a logarithmic scale. Largest of both paths: {words}.",
+        lambda: _figure_8(rows),
+    )
+    return Table(
+        title="Figure 8: joint angles as motor input in the simulator",
+        rows=table,
+        verdict=Verdict.CANNOT_CHECK,
+        residual=f"largest error: {words}",
+        note=f"MuJoCo stands for ADAMS: {SECONDS:g} s from rest to rest, links of 40 kg a metre"
+        " (both ours, the document prints neither), splines of degree 5 through the 21 points."
+        " Drive joints: the joint angles are the input, and the tool is measured. Drive tool: the"
+        " tool is held to the path and the joints, which turn freely, are measured. The document"
+        " reports an error close to zero. Bees on a branch search within 10 degrees of the last"
+        " answer, which is ours; each point by itself, as printed, they jump between branches.",
+        pictures=(picture,),
+    )
+
+
+def _range(rows: list[Row]) -> str:
+    values = [float(row["error, largest, mm"] or 0.0) for row in rows]
+    return f"{min(values):.2g} to {max(values):.2g}"
+
+
+def _median(rows: list[Row], column: str) -> float | None:
+    values = [float(row[column] or 0.0) for row in rows if row[column] is not None]
+    return float(np.median(values)) if values else None
+
+
+def _instants(cell: list[Row], drive: str, column: str) -> np.ndarray:
+    rows = [row for row in cell if row["kind"] == "instant" and row["drive"] == drive]
+    return np.array([float(row[column] or 0.0) for row in rows])
+
+
+def _figure_8(rows: dict[str, list[Row]]) -> "Figure":
+    from kinverse.plots import new_figure
+
+    figure = new_figure((9.0, 4.8))
+    axes = figure.subplots()
+    for k, (source, colour) in enumerate(
+        zip(ALL, (*COLOURS, *COLOURS, "tab:orange", "0.5"), strict=True)
+    ):
+        cell = rows[f"moved-{PATHS[1]}-{k}-{SEEDS[0]}"]
+        away = np.maximum(_instants(cell, "joints", "away"), 1e-4)
+        name = f"closed form, {source}" if source in SHOWN else source
+        style = "-" if source in SHOWN else "--"
+        axes.semilogy(_instants(cell, "joints", "t"), away, style, color=colour, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("distance from the path [mm]")
+    axes.grid(alpha=0.3)
+    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+    return figure
+
+
+def _force_cells(quick: bool) -> list[Cell]:
+    return _cells(moved, SHOWN, quick)
+
+
+def _force_table(rows: dict[str, list[Row]]) -> Table:
+    table: list[Row] = []
+    for cell in rows.values():
+        for row in cell:
+            if row["kind"] == "joint":
+                table.append({key: value for key, value in row.items() if key != "kind"})
+    told = compared(table)
+    words = "; ".join(
+        f"{row['tool held']} against {row['joints driven']}: more uniform at"
+        f" {row['more uniform']} of {row['of']} joints, greater at {row['greater']}"
+        for row in told
+    )
+    picture = Picture(
+        "Forces that the joints pass on along the curved path, as in figure 9",
+        "Six panels, one a joint: force against time of two branches, joints driven and tool held."
+        f" Over both paths, tool held beside joints driven: {words}.",
+        lambda: _figure_9(rows),
+    )
+    return Table(
+        title="Figure 9: forces and torques of the joints, two branches",
+        rows=table,
+        verdict=Verdict.CANNOT_CHECK,
+        residual=words,
+        note="The document says that forces with the values of ADAMS are more uniform and greater"
+        " than those with the bees' values; it prints no number, mass, time or path. Here the tool"
+        " held to its path stands for ADAMS, joints driven for the bees, whose values on a branch"
+        " are the closed form's after a descent. Force: what a joint passes on to the links behind"
+        " it, from the measured motion by Newton's second law, with the force on the tool."
+        " Uniformity is rms over peak: 1 where the load never changes.",
+        pictures=(picture,),
+    )
+
+
+def compared(table: list[Row]) -> list[Row]:
+    """At how many joints of both paths the held tool's forces are more uniform, and greater.
+
+    Args:
+        table: rows of joints with path, joint values, drive, "force, uniformity" and peaks.
+    """
+    by = {(r["path"], r["joint values"], r["drive"], r["joint"]): r for r in table}
+    paths = dict.fromkeys(row["path"] for row in table)
+    out: list[Row] = []
+    for held in SHOWN:
+        for driven in SHOWN:
+            pairs = [
+                (by[path, held, "tool", k], by[path, driven, "joints", k])
+                for path in paths
+                for k in range(1, 7)
+            ]
+            row: Row = {"tool held": held, "joints driven": driven, "of": len(pairs)}
+            for name, column in (
+                ("more uniform", "force, uniformity"),
+                ("greater", "force, peak, N"),
+            ):
+                row[name] = sum(float(a[column] or 0.0) > float(b[column] or 0.0) for a, b in pairs)
+            out.append(row)
+    return out
+
+
+def _figure_9(rows: dict[str, list[Row]]) -> "Figure":
+    from kinverse.plots import new_figure
+
+    figure = new_figure((10.0, 6.0))
+    for joint, axes in enumerate(figure.subplots(2, 3, sharex=True).ravel(), start=1):
+        for k, (label, colour) in enumerate(zip(SHOWN, COLOURS, strict=True)):
+            for drive, style in (("joints", "-"), ("tool", "--")):
+                cell = rows[f"moved-{PATHS[1]}-{k}-{SEEDS[0]}"]
+                force = _instants(cell, drive, f"force {joint}") / 1e3
+                name = f"{label}, {'tool held' if drive == 'tool' else 'joints driven'}"
+                axes.plot(_instants(cell, drive, "t"), force, style, color=colour, label=name)
+        axes.set_title(f"joint {joint}", fontsize=10)
+        axes.grid(alpha=0.3)
+        axes.set_ylim(bottom=0.0)
+        if joint in (1, 4):
+            axes.set_ylabel("force [kN]")
+        if joint > 3:
+            axes.set_xlabel("time [s]")
+    handles, names = axes.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
+    return figure
+
+
+TABLES = (
+    TableSpec("fig-7", "Figure 7: the tool between the points", _between_cells, _between_table),
+    TableSpec("fig-8", "Figure 8: the motion in the simulator", _motion_cells, _motion_table),
+    TableSpec("fig-9", "Figure 9: forces of the joints", _force_cells, _force_table),
+)
