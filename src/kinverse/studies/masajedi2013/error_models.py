@@ -104,7 +104,7 @@ def _table(rows: dict[str, list[Row]]) -> Table:
     words = "; ".join(f"{world}: {_told(left, world)}" for world in WORLDS)
     picture = Picture(
         "What each model leaves of the position error, held out",
-        f"Bars on a logarithmic scale, one a model, for both kinds of arm: {words}.",
+        f"Dots on a logarithmic scale, one a model, for both kinds of arm: {words}.",
         lambda: _figure(table),
     )
     return Table(
@@ -113,11 +113,11 @@ def _table(rows: dict[str, list[Row]]) -> Table:
         verdict=Verdict.CANNOT_CHECK,
         residual=words,
         note="The document proposes Fourier and ordinary polynomials of single joints (equations 24"
-        " to 27) and names further families; it prints no measurement and no result. Here"
-        f" they are fitted to {MEASUREMENTS} measurements (noise {1e3 * NOISE:g} mm an axis) of arms"
-        f" drawn at random and tried on {HELD_OUT} other joint values: arms whose errors are sums of single"
-        " joints, as equation 25 assumes, and arms with 0.3 mm and 0.02 deg of error in every"
-        " parameter, gears that run out of true, and sag. Bases of one degree span the same"
+        " to 27) and names further families; it prints no measurement and no result. Here they are"
+        f" fitted to {MEASUREMENTS} measurements (noise {1e3 * NOISE:g} mm an axis) of arms drawn"
+        f" at random and tried on {HELD_OUT} other joint values: arms whose errors are sums of"
+        " single joints, as equation 25 assumes, and arms with 0.3 mm and 0.02 deg of error in"
+        " every parameter, gears that run out of true, and sag. Bases of one degree span the same"
         " functions. geometric is no model of the document: errors of the links themselves, and"
         " with :2 of the gears.",
         pictures=(picture,),
@@ -142,22 +142,22 @@ def _figure(table: list[Row]) -> "Figure":
     from kinverse.plots import new_figure
 
     figure = new_figure((9.5, 6.0))
-    for axes, world in zip(figure.subplots(1, 2, sharey=True), WORLDS, strict=True):
+    for axes, world in zip(figure.subplots(1, 2, sharex=True, sharey=True), WORLDS, strict=True):
         mine = [row for row in table if row["error of the arm"] == world]
         names = [str(row["model"]) for row in mine]
         places = np.arange(len(names))[::-1]
-        for column, shift, colour in (
-            ("held out, rms, mm", 0.2, "tab:blue"),
-            ("fitted, rms, mm", -0.2, "0.7"),
+        for column, marker, colour in (
+            ("fitted, rms, mm", "o", "0.6"),
+            ("held out, rms, mm", "D", "tab:blue"),
         ):
             values = [float(row[column] or 0.0) for row in mine]
-            axes.barh(places + shift, values, 0.4, color=colour, label=column.split(",")[0])
+            axes.plot(values, places, marker, ms=5, color=colour, label=column.split(",")[0])
         axes.set_xscale("log")
         axes.set_yticks(places, names, fontsize=8)
         axes.set_xlabel("rms of what is left [mm]")
         axes.set_title(world, fontsize=10)
-        axes.grid(alpha=0.3, axis="x")
-    axes.legend(frameon=False, fontsize=8, loc="lower right")
+        axes.grid(alpha=0.3)
+    axes.legend(frameon=False, fontsize=8, loc="upper left")
     return figure
 
 
