@@ -133,7 +133,7 @@ def _told(left: dict[tuple[str, str], float], world: str) -> str:
     parts = []
     for kind in ("fourier", "polynomial", "geometric"):
         names = [name for name in MODELS if name.startswith(kind)]
-        best = min(names, key=lambda name: left[world, name])
+        best = min(names, key=lambda name: round(left[world, name], 6))  # of equals the first
         parts.append(f"{best} {left[world, best]:.3g} %")
     return f"of the error {', '.join(parts)} are left"
 
