@@ -1,32 +1,26 @@
 """Figures 7 to 9: the tool between the points, in the simulator, and what the joints carry."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinverse.paths import named_path, named_samples
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.motion import (
     BY_ITSELF,
-    DEGREES,
     ON,
     SECONDS,
     interpolated,
     moved,
 )
+from kinverse.studies.masajedi2013.motion_pictures import figure_7, figure_8, figure_9
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 __all__ = ["TABLES", "compared"]
 
 SEEDS = (301, 302, 303)
 BEES = (f"{ON}{SHOWN[0]}", f"{ON}{SHOWN[1]}")
 ALL = (*SHOWN, *BEES, *BY_ITSELF)
-COLOURS = ("tab:red", "tab:blue")
 
 
 def _cells(function: Callable[..., list[Row]], sources: tuple[str, ...], quick: bool) -> list[Cell]:
@@ -76,7 +70,7 @@ def _between_table(rows: dict[str, list[Row]]) -> Table:
         "Three panels, x, y and z of the tool against the share of the path: the path as a line,"
         " the 21 accuracy points as dots on it, and beneath each how far splines of degree 3, 5 and"
         f" 6 through the joint values stray, below {max(1.0, worst):.2g} mm.",
-        _figure_7,
+        figure_7,
     )
     return Table(
         title="Figure 7: the tool between the accuracy points",
@@ -88,39 +82,6 @@ def _between_table(rows: dict[str, list[Row]]) -> Table:
         " the full pose within 10 degrees of the last answer, which is ours.",
         pictures=(picture,),
     )
-
-
-def _figure_7() -> "Figure":
-    import kinverse as kv
-    from kinverse.paths import JointCurve
-    from kinverse.plots import new_figure
-    from kinverse.studies import judge
-    from kinverse.studies.masajedi2013.branches import ROBOT, branches_along
-
-    robot, line = kv.load(ROBOT), named_path(PATHS[1])
-    T, s = named_samples(PATHS[1])
-    known, labels = branches_along(T)
-    dense = np.linspace(0.0, line.length, 1001)
-    wanted = line(dense)[:, :3, 3]
-    figure = new_figure((10.0, 5.4))
-    axes = figure.subplots(2, 3, sharex=True)
-    for degree, style in zip(DEGREES, ("-", "--", ":"), strict=True):
-        curve = JointCurve(s, known[labels.index(SHOWN[0])], degree=degree)
-        strays = 1e3 * (judge.pose(robot, curve(dense))[:, :3, 3] - wanted)
-        for k in range(3):
-            axes[1, k].plot(dense / line.length, strays[:, k], style, label=f"degree {degree}")
-    for k, name in enumerate("xyz"):
-        axes[0, k].plot(dense / line.length, wanted[:, k], color="tab:red", label="path")
-        axes[0, k].plot(s / line.length, T[:, k, 3], "ko", ms=4, label="accuracy points")
-        axes[0, k].set_title(name, fontsize=10)
-        axes[1, k].set_xlabel("share of the path")
-        for row in axes:
-            row[k].grid(alpha=0.3)
-    axes[0, 0].set_ylabel("coordinate [m]")
-    axes[1, 0].set_ylabel("off the path [mm]")
-    axes[0, 0].legend(frameon=False, fontsize=8)
-    axes[1, 0].legend(frameon=False, fontsize=8)
-    return figure
 
 
 def _motion_cells(quick: bool) -> list[Cell]:
@@ -161,7 +122,7 @@ def _motion_table(rows: dict[str, list[Row]]) -> Table:
     picture = Picture(
         "Distance of the tool from the curved path in the simulator, as in figure 8",
         f"Distance against time on a logarithmic scale. Largest of both paths: {words}.",
-        lambda: _figure_8(rows),
+        lambda: figure_8(_drawn(rows)),
     )
     return Table(
         title="Figure 8: joint angles as motor input in the simulator",
@@ -178,6 +139,12 @@ def _motion_table(rows: dict[str, list[Row]]) -> Table:
     )
 
 
+def _drawn(rows: dict[str, list[Row]]) -> dict[str, list[Row]]:
+    """Cells of the curved path and the first seed, by the kind of joint values."""
+    names = {source: f"moved-{PATHS[1]}-{k}-{SEEDS[0]}" for k, source in enumerate(ALL)}
+    return {source: rows[name] for source, name in names.items() if name in rows}
+
+
 def _range(rows: list[Row]) -> str:
     values = [float(row["error, largest, mm"] or 0.0) for row in rows]
     return f"{min(values):.2g} to {max(values):.2g}"
@@ -186,31 +153,6 @@ def _range(rows: list[Row]) -> str:
 def _median(rows: list[Row], column: str) -> float | None:
     values = [float(row[column] or 0.0) for row in rows if row[column] is not None]
     return float(np.median(values)) if values else None
-
-
-def _instants(cell: list[Row], drive: str, column: str) -> np.ndarray:
-    rows = [row for row in cell if row["kind"] == "instant" and row["drive"] == drive]
-    return np.array([float(row[column] or 0.0) for row in rows])
-
-
-def _figure_8(rows: dict[str, list[Row]]) -> "Figure":
-    from kinverse.plots import new_figure
-
-    figure = new_figure((9.0, 4.8))
-    axes = figure.subplots()
-    for k, (source, colour) in enumerate(
-        zip(ALL, (*COLOURS, *COLOURS, "tab:orange", "0.5"), strict=True)
-    ):
-        cell = rows[f"moved-{PATHS[1]}-{k}-{SEEDS[0]}"]
-        away = np.maximum(_instants(cell, "joints", "away"), 1e-4)
-        name = f"closed form, {source}" if source in SHOWN else source
-        style = "-" if source in SHOWN else "--"
-        axes.semilogy(_instants(cell, "joints", "t"), away, style, color=colour, label=name)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("distance from the path [mm]")
-    axes.grid(alpha=0.3)
-    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
-    return figure
 
 
 def _force_cells(quick: bool) -> list[Cell]:
@@ -233,7 +175,7 @@ def _force_table(rows: dict[str, list[Row]]) -> Table:
         "Forces that the joints pass on along the curved path, as in figure 9",
         "Six panels, one a joint: force against time of two branches, joints driven and tool held."
         f" Over both paths, tool held beside joints driven: {words}.",
-        lambda: _figure_9(rows),
+        lambda: figure_9(_drawn(rows)),
     )
     return Table(
         title="Figure 9: forces and torques of the joints, two branches",
@@ -274,29 +216,6 @@ def compared(table: list[Row]) -> list[Row]:
                 row[name] = sum(float(a[column] or 0.0) > float(b[column] or 0.0) for a, b in pairs)
             out.append(row)
     return out
-
-
-def _figure_9(rows: dict[str, list[Row]]) -> "Figure":
-    from kinverse.plots import new_figure
-
-    figure = new_figure((10.0, 6.0))
-    for joint, axes in enumerate(figure.subplots(2, 3, sharex=True).ravel(), start=1):
-        for k, (label, colour) in enumerate(zip(SHOWN, COLOURS, strict=True)):
-            for drive, style in (("joints", "-"), ("tool", "--")):
-                cell = rows[f"moved-{PATHS[1]}-{k}-{SEEDS[0]}"]
-                force = _instants(cell, drive, f"force {joint}") / 1e3
-                name = f"{label}, {'tool held' if drive == 'tool' else 'joints driven'}"
-                axes.plot(_instants(cell, drive, "t"), force, style, color=colour, label=name)
-        axes.set_title(f"joint {joint}", fontsize=10)
-        axes.grid(alpha=0.3)
-        axes.set_ylim(bottom=0.0)
-        if joint in (1, 4):
-            axes.set_ylabel("force [kN]")
-        if joint > 3:
-            axes.set_xlabel("time [s]")
-    handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
-    return figure
 
 
 TABLES = (
