@@ -53,7 +53,7 @@ def _how(rows: list[Row]) -> str:
         f" {TOLERANCE:g} m (and {TOLERANCE:g} rad for poses) and inside the limits, by forward"
         " kinematics in plain NumPy, and no answer that is not. Targets are poses of joint values"
         " drawn evenly inside the limits, from seeds that no solver uses. Time is processor time of"
-        f" one thread in a batch (of {TIMED_TOGETHER:,} poses; population methods alone: of the"
+        f" one thread in a batch (of {TIMED_TOGETHER:,} poses; population methods: of the"
         " targets), without training."
     )
 

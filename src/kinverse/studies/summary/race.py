@@ -60,7 +60,7 @@ def _entries(
     start = time.process_time()
     answers = solver.solve(T, rng=seed)
     seconds = (time.process_time() - start) / len(T)
-    if method.family != "swarm":  # quick: timed once more, in a batch, all that loads is there
+    if "swarm" not in method.family:  # quick: once more in a batch, when all is loaded
         many = np.resize(T, (TIMED_TOGETHER, 4, 4))
         seconds = _seconds(lambda: solver.solve(many, rng=seed)) / len(many)
     stats = answers.stats
