@@ -147,3 +147,20 @@ def test_networks_are_judged_refined_and_alone():
     assert [row["method"] for row in rows] == ["Learned", NETWORK, "Fusion loop"]
     assert rows[0]["solved, %"] == 100.0
     assert rows[1]["error, median"] > 1e-4
+
+
+def test_every_method_is_named_once_beside_its_marker(rows):
+    from kinverse.studies.summary.pictures import solved_figure, time_against_error
+
+    whole = overall(rows)
+    figure = time_against_error(whole, 99.0)
+    said = [text.get_text() for text in figure.axes[0].texts]
+    assert [name for name in said if name in {row["method"] for row in whole}] == [
+        name for name in said if "1e" not in name
+    ]
+    assert len(said) == len(whole) + 2
+    grid = solved_figure(by_arm(rows)).axes[0]
+    assert [label.get_text() for label in grid.get_xticklabels()] == [
+        "kr16, pose",
+        "kr16, position",
+    ]

@@ -58,7 +58,7 @@ def time_against_error(rows: list[Row], enough: float) -> "Figure":
     axes.plot([], [], "o", color="0.3", mfc="white", label=f"open: below {enough:g} % on some arm")
     axes.legend(frameon=False, fontsize=8, loc="center", bbox_to_anchor=(0.45, 0.7))
     axes.grid(alpha=0.25)
-    figure.canvas.draw()  # places on the page are known from here on
+    figure.draw_without_rendering()  # places on the page are known from here on
     _label(axes, [str(row["method"]) for row in shown], points)
     return figure
 
