@@ -1,0 +1,39 @@
+"""The arms and tasks of the comparison, and the situations they stand for."""
+
+from kinverse.errors import NoClosedForm
+from kinverse.robot import Robot
+
+__all__ = ["CASES", "SITUATIONS", "situation_of"]
+
+CASES: tuple[tuple[str, str], ...] = (
+    *((arm, "pose") for arm in ("planar3r", "planar3r_003", "adept_one", "pioneer2", "irb6")),
+    *((arm, "pose") for arm in ("puma560", "irb1400", "rx160l", "kr16", "ur5")),
+    *((arm, "pose") for arm in ("panda", "iiwa14")),
+    *((arm, "pose") for arm in ("ir361", "jaco2")),
+    *((arm, "position") for arm in ("planar3r_003", "kr16", "panda")),
+)
+"""Arm and task: the documents' arms and four of today.
+
+jaco2 stands for six joints whose equations are no chain of quadratic ones; documents 003 and 002
+as printed ask for positions only.
+"""
+
+SITUATIONS = ("closed form exists", "redundant", "no closed form", "position only")
+
+
+def situation_of(robot: Robot, task: str) -> str:
+    """Which of ``SITUATIONS`` it is: by what ``Analytic`` says, and by counting joints.
+
+    Where ``Analytic`` solves by elimination its branches have no names: that is no closed form.
+    """
+    from kinverse.solvers.analytic import Analytic
+
+    if task == "position":
+        return "position only"
+    try:
+        labels = Analytic(task=task).fit(robot).branch_labels_
+    except NoClosedForm:
+        return "no closed form"
+    if labels[0].startswith("root"):
+        return "no closed form"
+    return "redundant" if robot.dof > 6 else "closed form exists"
