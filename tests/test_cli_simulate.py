@@ -221,6 +221,18 @@ def test_few_poses_and_turns_on_the_spot(capsys, arm, tmp_path):
     assert code == 0 and told["rows"] == [1, 5] and told["rotation_deviation"] < 0.1 * 0.3
 
 
+def test_straight_lines_that_the_arm_cannot_follow_are_said(capsys, arm, tmp_path):
+    # joint 3 on its limit: nearer to the base, where chords of a circle lead, it cannot go
+    q = swung(np.linspace(-1.0, 1.0, 8))
+    q[:, 2] = arm.limits[2, 0]
+    np.save(tmp_path / "p.npy", arm.fk(q))
+    command = ["kr16", tmp_path / "p.npy", "--q-start", *q[0], "--duration", 1]
+    code, said, _ = run(capsys, *command)
+    assert code == 0 and "not found" not in said
+    code, said, _ = run(capsys, *command, "--tolerance", 1e-3)
+    assert code == 1 and "7 not found: the arm cannot follow" in " ".join(said.split())
+
+
 @pytest.mark.parametrize("bandwidth", [5e3, 1e8])
 def test_an_unstable_run_says_when_and_keeps_what_it_has(capsys, tmp_path, monkeypatch, bandwidth):
     monkeypatch.chdir(tmp_path)

@@ -85,9 +85,9 @@ def simulate(
 ) -> int:
     """Follow a path in a multibody simulator: errors of the tool, loads of the drives.
 
-    Of a path with gaps its longest run is simulated. Exit status 1 if there are gaps, the joints
-    leave their limits between samples or the simulation becomes unstable; what was measured before
-    is kept.
+    Of a path with gaps its longest run is simulated. Exit status 1 if there are gaps, the
+    tolerance or the joint limits are not kept between samples, or the simulation becomes unstable;
+    what was measured before is kept.
     """
     import numpy as np
 
@@ -165,7 +165,8 @@ def simulate(
         print(told.json())
     else:
         told.show()
-    return 0 if found.is_whole and run.ok and spline.beyond is None else 1
+    near = tolerance is None or spline.position <= tolerance
+    return 0 if found.is_whole and run.ok and near and spline.beyond is None else 1
 
 
 def _per_joint(arm: "Robot", told: str | None, usual: float, option: str, scale: Any) -> Any:
