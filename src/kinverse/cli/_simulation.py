@@ -13,6 +13,7 @@ from kinverse.cli._joint_path import where
 from kinverse.cli._show import console, joint_kinds, joint_values, show_table, table
 
 if TYPE_CHECKING:
+    from kinverse.cli._joint_curve import Joined
     from kinverse.paths import JointPath, Simulation
 
 __all__ = ["Told"]
@@ -32,14 +33,16 @@ class Told:
         joint_path: what was tracked.
         part: first row and the one behind the last of what was simulated, counted from 0.
         run: what the simulator measured.
-        deviation: largest distance of the joint spline's tool from the path [m], NaN if unknown.
+        spline: the joint spline that was played.
+        path_known: there is a path, not poses alone.
         degrees: joint values are told in degrees.
     """
 
     joint_path: "JointPath"
     part: tuple[int, int]
     run: "Simulation"
-    deviation: float
+    spline: "Joined"
+    path_known: bool
     degrees: bool
 
     @property
@@ -117,7 +120,10 @@ class Told:
                 "peak_position_error": float(run.position_error.max()),
                 "peak_rotation_error": float(run.rotation_error.max()),
                 "largest_joint_difference": self._joint_difference,
-                "deviation": self.deviation if np.isfinite(self.deviation) else None,
+                "deviation": self.spline.position,
+                "rotation_deviation": self.spline.rotation,
+                "samples_added": self.spline.added,
+                "beyond_limits": self.spline.beyond.amount if self.spline.beyond else 0.0,
                 "loads": loads,
                 "gaps": [
                     {"where": where(gap), "reason": gap.code.name, "text": gap.text}
@@ -153,10 +159,25 @@ class Told:
                 f" {self._joint_difference:.2g}",
                 markup=False,
             )
-        if np.isfinite(self.deviation):
-            out.print(f"the joint spline's tool strays {1e3 * self.deviation:.4g} mm from the path")
+        for line in self._of_the_spline():
+            out.print(line, markup=False)
         if not run.ok:
             out.print(run.reason, markup=False)
+
+    def _of_the_spline(self) -> list[str]:
+        spline = self.spline
+        turned = np.degrees(spline.rotation) if self.degrees else spline.rotation
+        path = "the path" if self.path_known else "straight lines between the poses"
+        more = f"; {spline.added} samples added" if spline.added else ""
+        if spline.unsolved:
+            more += f", {spline.unsolved} not found: the arm cannot follow {path} there"
+        told = [
+            f"the joint spline's tool strays {1e3 * spline.position:.4g} mm and {turned:.3g}"
+            f" {self._angle} from {path}{more}"
+        ]
+        if spline.beyond is not None:
+            told.append(f"between the samples {spline.beyond.text}")
+        return told
 
     @property
     def _joint_difference(self) -> float:

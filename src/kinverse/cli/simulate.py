@@ -20,15 +20,12 @@ from kinverse.cli._args import (
 from kinverse.errors import InputError, NoSolution
 
 if TYPE_CHECKING:
-    from kinverse.paths import JointCurve, JointPath
     from kinverse.robot import Robot
 
 __all__ = ["simulate"]
 
 VELOCITY, ACCELERATION = 1.0, 4.0
 """Limits of every joint where neither they nor a duration are given [rad/s or m/s, and per s^2]."""
-STANDS = 1e-12
-"""Joints that move less than this from one pose to the next do not move [rad or m]."""
 
 
 def simulate(
@@ -70,6 +67,13 @@ def simulate(
     samples: Annotated[
         int | None, typer.Option(help="Sample the path in so many places, not as it is given.")
     ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help="How far the tool may stray from the path between samples [m], straight from pose"
+            " to pose if it is a file; samples are added. A tenth of their distance if left out."
+        ),
+    ] = None,
     degrees: Degrees = False,
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write every instant to this .csv file.")] = None,
@@ -81,16 +85,18 @@ def simulate(
 ) -> int:
     """Follow a path in a multibody simulator: errors of the tool, loads of the drives.
 
-    Of a path with gaps its longest run is simulated. Exit status 1 if there are gaps or the
-    simulation becomes unstable; what was measured before is kept.
+    Of a path with gaps its longest run is simulated. Exit status 1 if there are gaps, the
+    tolerance or the joint limits are not kept between samples, or the simulation becomes unstable;
+    what was measured before is kept.
     """
     import numpy as np
 
     import kinverse as kv
     from kinverse.cli import _path, _simulation
+    from kinverse.cli._joint_curve import joined
     from kinverse.cli._joint_path import Told as ToldPath
     from kinverse.cli._show import joint_kinds, note, write_atomically
-    from kinverse.paths import deviation, minimum_jerk, retime
+    from kinverse.paths import minimum_jerk, retime, wanted
     from kinverse.paths import simulate as simulated
     from kinverse.paths import track as tracked
     from kinverse.paths.mujoco_model import mujoco_or_extra
@@ -103,6 +109,8 @@ def simulate(
         raise InputError("give either --duration or --velocity and --acceleration")
     if duration is not None and not 0.0 < duration < np.inf:
         raise InputError(f"--duration must be positive and finite [s], got {duration}")
+    if tolerance is not None and not 0.0 < tolerance < np.inf:
+        raise InputError(f"--tolerance must be positive and finite [m], got {tolerance}")
     mujoco_or_extra()
     pull = numbers(gravity, 3, "--gravity", "x y z")
     arm = kv.load(robot, base=base, tip=tip)
@@ -125,10 +133,11 @@ def simulate(
     if not found.intervals:
         raise NoSolution(f"no pose of {path} was tracked: {found.gaps[0].text}")
     part = max(found.intervals, key=lambda ends: ends[1] - ends[0])
-    curve = _curve(found, given.s, part)
-    strays = float("nan")
-    if given.path is not None:
-        strays = deviation(arm, curve, given.path).position
+    spline = joined(found, given, part, task, tolerance)
+    if spline.beyond is not None and spline.beyond.amount > wanted.BEYOND:
+        note(f"not simulated: between the samples {spline.beyond.text}")
+        return 1
+    curve = spline.curve
     motion = retime(curve, *limits) if duration is None else minimum_jerk(curve, duration)
     run = simulated(
         arm,
@@ -142,7 +151,7 @@ def simulate(
         gravity=pull,
         step=step,
     )
-    told = _simulation.Told(found, part, run, strays, degrees)
+    told = _simulation.Told(found, part, run, spline, given.path is not None, degrees)
     if out is not None:
         write_atomically(out, told.csv())
     if plot is not None:
@@ -156,7 +165,8 @@ def simulate(
         print(told.json())
     else:
         told.show()
-    return 0 if found.is_whole and run.ok else 1
+    near = tolerance is None or spline.position <= tolerance
+    return 0 if found.is_whole and run.ok and near and spline.beyond is None else 1
 
 
 def _per_joint(arm: "Robot", told: str | None, usual: float, option: str, scale: Any) -> Any:
@@ -171,28 +181,3 @@ def _per_joint(arm: "Robot", told: str | None, usual: float, option: str, scale:
     if min(values) <= 0.0:
         raise InputError(f"{option} must be positive, got {told}")
     return np.broadcast_to(np.array(values), (arm.dof,)) * scale
-
-
-def _curve(found: "JointPath", s: Any, part: tuple[int, int]) -> "JointCurve":
-    """A spline through the joint values of one run; by the way of the joints if s is unknown."""
-    import numpy as np
-
-    from kinverse.cli._show import note
-    from kinverse.paths import JointCurve
-
-    first, last = part
-    q = found.q[first:last]
-    way = np.abs(np.diff(q, axis=0)).max(axis=1)
-    moved = np.append(True, way > STANDS)
-    if s is None:
-        if not moved.all():
-            note(f"{int((~moved).sum())} poses repeat the one before: left out")
-        q, s = q[moved], np.cumsum(np.append(0.0, way))[moved]
-    else:
-        s = s[first:last]
-    if len(q) < 4 or not moved[1:].any():
-        raise InputError(
-            f"rows {first + 1} to {last}, the longest run, have {len(q)} different poses; a joint"
-            " spline takes at least 4: --samples 100 takes so many along the path"
-        )
-    return JointCurve(s, q, min(5, len(q) - 1))

@@ -11,9 +11,11 @@ from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.links import Link, links_of
 from kinverse.paths.mujoco_model import mjcf, model_of, mujoco_or_extra, without_log
+from kinverse.paths.simulation_run import Plants, Run
 from kinverse.paths.trajectory import Trajectory
-from kinverse.paths.wanted import Wanted, wanted_motion
+from kinverse.paths.wanted import wanted_motion
 from kinverse.robot import Robot
+from kinverse.velocity import characteristic_length, homogeneous, singular_directions
 
 __all__ = ["Effort", "Simulation", "simulate"]
 
@@ -23,10 +25,6 @@ DRIVES = ("joints", "tool")
 CONTROLS = ("computed_torque", "servo", "prescribed")
 BANDWIDTH = 300.0
 """Of the controllers: their error decays as exp(-BANDWIDTH t), critically damped [rad/s]."""
-WELD_LAG = 4
-"""Steps by which what holds the tool lags behind."""
-FASTEST = 1e4
-"""Joint speed [rad/s or m/s] beyond which a simulation counts as unstable."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +65,10 @@ class Simulation:
         T_wanted: (N, 4, 4) pose asked for.
         position_error: (N,) [m]; rotation_error: (N,) [rad].
         torque: (N, n) of the joints' drives [Nm or N]; zero where the tool is driven.
-        constraint_force: (N, 6) force and moment that hold the tool to its path [N, Nm], zero
-            where the joints are driven.
+        constraint_force: (N, 6) force [N] and moment [Nm] with which what holds the tool to its
+            path acts on it, in the axes of the base, the moment about the tool's origin; at rest
+            ``jacobian.T @ constraint_force`` is what the drives would have to give. Zero where the
+            joints are driven.
         ok: whether it ran to the end.
         reason: why it did not, and when.
     """
@@ -121,9 +121,8 @@ def simulate(
 ) -> Simulation:
     """Play a joint trajectory in MuJoCo and measure.
 
-    Between given instants the joints are splines of degree five (three where there are too few
-    instants) from rest to rest, so that the accelerations are smooth; a ``Trajectory`` is played
-    as it is.
+    Between given instants the joints are splines of degree five from rest to rest, so that the
+    accelerations are smooth; a ``Trajectory`` is played as it is.
 
     Args:
         robot: the arm; no mimic joints, gears or offsets.
@@ -131,11 +130,12 @@ def simulate(
         q: (N, n) joint values at these.
         drive: "joints": the joints are driven and the tool is measured. "tool": the tool is held to
             the poses that these joint values reach and the joints, which turn freely, are measured:
-            document 002's first method.
+            document 002's first method. It takes an arm whose joints the tool determines.
         control: of the joints: "computed_torque" (inverse dynamics of the nominal links, and
             feedback), "servo" (each joint by itself: spring and damper of the same bandwidth, set
-            by the inertia at the start) or "prescribed" (the joints follow exactly, and inverse
-            dynamics tells the torques).
+            by the inertia at the start and integrated implicitly, so that the coupling of the
+            joints cannot make them unstable: Tan, Liu & Turk 2011) or "prescribed" (the joints
+            follow exactly, and inverse dynamics of the true arm tells the torques).
         links: mass, centre and inertia of each link; None: ``default_links``.
         mass_error: the true links weigh (1 + mass_error) times what the controller believes.
         friction: dry friction of each joint that the controller does not know [Nm or N].
@@ -149,14 +149,15 @@ def simulate(
         before.
 
     Raises:
-        InputError: times that do not increase, other shapes, NaN, unknown words, a robot that
-            cannot be simulated.
+        InputError: times that do not increase, other shapes, NaN, unknown words, a motion that
+            leaves the joint limits (by more than 1e-3), a robot that cannot be simulated, or whose
+            joints move by themselves while the tool is held.
         MissingExtra: MuJoCo is not installed.
 
     Example:
         >>> simulate(robot, retime(curve, 1.0, 4.0), mass_error=0.1).rms_position_error
     """
-    mujoco = mujoco_or_extra()
+    mujoco_or_extra()
     _check_words(drive, control)
     for name, value in (("friction", friction), ("damping", damping)):
         if not 0.0 <= value < np.inf:
@@ -172,154 +173,50 @@ def simulate(
     wanted = wanted_motion(robot, t, q, step)
     believed = links_of(robot, links)
     true = [link.scaled(1.0 + mass_error) for link in believed]
-    common = {"step": step, "gravity": gravity}
-    plant = model_of(
-        mjcf(
-            robot,
-            true,
-            friction=friction,
-            damping=damping,
-            held_tool=drive == "tool",
-            **common,  # type: ignore[arg-type]
-        )
+    if drive == "tool":
+        _check_determined(robot, wanted.q)
+
+    def model(links: Sequence[Link], **more: Any) -> Any:
+        return model_of(mjcf(robot, links, step=step, gravity=gravity, **more))
+
+    plants = Plants(
+        real=model(true, friction=friction, damping=damping, held_tool=drive == "tool"),
+        smooth=model(true, damping=damping),
+        believed=model(believed),
+        friction=friction,
     )
     with without_log():
-        if drive == "tool":
-            return _Run(robot, mujoco, plant, None, wanted, bandwidth).tool()
-        nominal = model_of(mjcf(robot, believed, **common))  # type: ignore[arg-type]
-        return _Run(robot, mujoco, plant, nominal, wanted, bandwidth).joints(control)
+        run = Run(robot, plants, wanted, bandwidth)
+        done, reason = run.tool() if drive == "tool" else run.joints(control)
+    T, T_wanted = run.T[:done], run.T_wanted[:done]
+    gap = np.swapaxes(T_wanted[:, :3, :3], 1, 2) @ T[:, :3, :3]
+    return Simulation(
+        t=wanted.t[:done],
+        q=run.q[:done],
+        q_wanted=wanted.q[:done],
+        T=T,
+        T_wanted=T_wanted,
+        position_error=np.linalg.norm(T[:, :3, 3] - T_wanted[:, :3, 3], axis=1),
+        rotation_error=np.linalg.norm(se3.rotation_log(gap), axis=-1),
+        torque=run.torque[:done],
+        constraint_force=run.force[:done],
+        ok=not reason,
+        reason=reason,
+        drive=drive,
+        control=control if drive == "joints" else "",
+        joint_names=robot.joint_names,
+    )
 
 
-class _Run:
-    """One simulation in progress."""
-
-    def __init__(
-        self, robot: Robot, mujoco: Any, plant: Any, nominal: Any, wanted: Wanted, bandwidth: float
-    ) -> None:
-        self._robot, self._mujoco, self._plant, self._nominal = robot, mujoco, plant, nominal
-        self._wanted, self._bandwidth = wanted, bandwidth
-        self._T_wanted = robot.fk(wanted.q)
-        self._data = mujoco.MjData(plant)
-        count, n = wanted.q.shape
-        self._q, self._torque = np.empty((count, n)), np.zeros((count, n))
-        self._T, self._force = np.empty((count, 4, 4)), np.zeros((count, 6))
-
-    def joints(self, control: str) -> Simulation:
-        """Drive the joints."""
-        data, wanted = self._data, self._wanted
-        data.qpos[:], data.qvel[:] = wanted.q[0], wanted.speed[0]
-        self._mujoco.mj_forward(self._plant, data)
-        torque = self._servo() if control == "servo" else self._computed_torque
-        if control == "prescribed":
-            torque = self._inverse
-        done, reason = len(wanted.t), ""
-        for k in range(len(wanted.t)):
-            if control == "prescribed":
-                data.qpos[:], data.qvel[:] = wanted.q[k], wanted.speed[k]
-            self._torque[k] = torque(k)
-            if control == "prescribed":
-                self._mujoco.mj_kinematics(self._plant, data)
-                self._measure(k)
-                continue
-            data.qfrc_applied[:] = self._torque[k]
-            self._mujoco.mj_kinematics(self._plant, data)
-            self._measure(k)
-            self._mujoco.mj_step(self._plant, data)
-            reason = self._unstable(k)
-            if reason:
-                done = k + 1
-                break
-        return self._told(done, reason, "joints", control)
-
-    def tool(self) -> Simulation:
-        """Hold the tool to its poses; the joints are free."""
-        data, plant, mujoco = self._data, self._plant, self._mujoco
-        data.qpos[:], data.qvel[:] = self._wanted.q[0], self._wanted.speed[0]
-        done, reason = len(self._wanted.t), ""
-        quats = se3.quat_from_rotation(self._T_wanted[:, :3, :3])
-        for k in range(done):
-            # the weld is a spring and damper of two steps: it follows four steps late
-            ahead = min(k + WELD_LAG, done - 1)
-            data.mocap_pos[0], data.mocap_quat[0] = self._T_wanted[ahead, :3, 3], quats[ahead]
-            mujoco.mj_kinematics(plant, data)
-            self._measure(k)
-            mujoco.mj_step(plant, data)
-            self._force[k] = data.efc_force[:6]
-            reason = self._unstable(k)
-            if reason:
-                done = k + 1
-                break
-        return self._told(done, reason, "tool", "")
-
-    def _computed_torque(self, k: int) -> Array:
-        """M (q'' + 2 w e' + w^2 e) + bias of the nominal links (Luh, Walker & Paul 1980)."""
-        data, w = self._data, self._bandwidth
-        error = self._wanted.q[k] - data.qpos
-        speed_error = self._wanted.speed[k] - data.qvel
-        asked = self._wanted.acceleration[k] + 2.0 * w * speed_error + w * w * error
-        return self._inverse_dynamics(data.qpos, data.qvel, asked)
-
-    def _servo(self) -> Any:
-        """Each joint a spring and a damper, as stiff as its inertia at the start needs."""
-        w, q = self._bandwidth, self._wanted.q[0]
-        still = np.zeros(len(q))
-        bias = self._inverse_dynamics(q, still, still)
-        columns = [self._inverse_dynamics(q, still, unit) - bias for unit in np.eye(len(q))]
-        inertia = np.diag(np.array(columns))
-        stiff, soft = inertia * w * w, 2.0 * inertia * w
-        data, wanted = self._data, self._wanted
-
-        def torque(k: int) -> Array:
-            return np.asarray(
-                stiff * (wanted.q[k] - data.qpos) + soft * (wanted.speed[k] - data.qvel)
-            )
-
-        return torque
-
-    def _inverse(self, k: int) -> Array:
-        wanted = self._wanted
-        return self._inverse_dynamics(wanted.q[k], wanted.speed[k], wanted.acceleration[k])
-
-    def _inverse_dynamics(self, q: Array, speed: Array, acceleration: Array) -> Array:
-        if not hasattr(self, "_thought"):
-            self._thought = self._mujoco.MjData(self._nominal)
-        data = self._thought
-        data.qpos[:], data.qvel[:], data.qacc[:] = q, speed, acceleration
-        self._mujoco.mj_inverse(self._nominal, data)
-        return np.asarray(data.qfrc_inverse).copy()
-
-    def _measure(self, k: int) -> None:
-        data = self._data
-        self._q[k] = data.qpos
-        site = self._plant.site("tool").id
-        self._T[k] = np.eye(4)
-        self._T[k, :3, :3] = data.site_xmat[site].reshape(3, 3)
-        self._T[k, :3, 3] = data.site_xpos[site]
-
-    def _unstable(self, k: int) -> str:
-        data = self._data
-        if np.isfinite(data.qpos).all() and np.abs(data.qvel).max() < FASTEST:
-            return ""
-        return f"unstable at t = {self._wanted.t[k]:g} s: a smaller step or bandwidth may help"
-
-    def _told(self, done: int, reason: str, drive: str, control: str) -> Simulation:
-        T, T_wanted = self._T[:done], self._T_wanted[:done]
-        gap = np.swapaxes(T_wanted[:, :3, :3], 1, 2) @ T[:, :3, :3]
-        return Simulation(
-            t=self._wanted.t[:done],
-            q=self._q[:done],
-            q_wanted=self._wanted.q[:done],
-            T=T,
-            T_wanted=T_wanted,
-            position_error=np.linalg.norm(T[:, :3, 3] - T_wanted[:, :3, 3], axis=1),
-            rotation_error=np.linalg.norm(se3.rotation_log(gap), axis=-1),
-            torque=self._torque[:done],
-            constraint_force=self._force[:done],
-            ok=not reason,
-            reason=reason,
-            drive=drive,
-            control=control,
-            joint_names=self._robot.joint_names,
+def _check_determined(robot: Robot, q: Array) -> None:
+    """Refuse an arm that moves by itself with its tool held: all along, not in passing."""
+    some = q[np.linspace(0, len(q) - 1, 9).astype(np.intp)]
+    J = homogeneous(robot.jacobian(some), characteristic_length(robot))
+    rank = int(singular_directions(J).rank.max())
+    if rank < robot.dof:
+        raise InputError(
+            f"with its tool held {robot.name!r} moves by itself: the tool determines {rank} of"
+            f" {robot.dof} joints along this motion; drive='joints' drives all"
         )
 
 

@@ -1,6 +1,7 @@
 """What is asked of the joints at each step of a simulation."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,14 +9,16 @@ from numpy.typing import ArrayLike, NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.trajectory import Trajectory
-from kinverse.robot import Robot
+from kinverse.robot import LIMIT_SLACK, Robot
 
-__all__ = ["Wanted", "wanted_motion"]
+__all__ = ["BEYOND", "Beyond", "Wanted", "beyond_limits", "wanted_motion"]
 
 Array = NDArray[np.float64]
 
 MOST_STEPS = 5_000_000
 """Steps of a simulation, at most."""
+BEYOND = 1e-3
+"""How far beyond its limits a joint may be asked to go [rad or m]: splines overshoot a little."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,48 @@ def wanted_motion(
 
     Raises:
         InputError: q beside a trajectory or missing without one, times that do not increase,
-            another number of joints, NaN, or too many steps.
+            another number of joints, NaN, too many steps, or a motion that leaves the joint limits.
     """
+    wanted = _at_every_step(robot, t, q, step)
+    left = beyond_limits(robot, wanted.q)
+    if left is not None and left.amount > BEYOND:
+        raise InputError(f"at t = {wanted.t[left.row]:.6g} s {left.text}")
+    return wanted
+
+
+class Beyond(NamedTuple):
+    """Where joint values are farthest outside the limits.
+
+    Attributes:
+        row: of the joint values.
+        joint: counted from 0.
+        amount: [rad or m].
+        text: which joint stands where, and its limits.
+    """
+
+    row: int
+    joint: int
+    amount: float
+    text: str
+
+
+def beyond_limits(robot: Robot, q: Array) -> Beyond | None:
+    """Where joint values (K, n) leave the limits farthest; None if they do not."""
+    low, high = robot.limits.T
+    out = np.maximum(low - q, q - high)
+    row, joint = np.unravel_index(int(np.argmax(out)), out.shape)
+    if out[row, joint] <= LIMIT_SLACK:
+        return None
+    text = (
+        f"{robot.joint_names[joint]} is asked for {q[row, joint]:.6g}, its limits are"
+        f" {low[joint]:.6g} and {high[joint]:.6g}"
+    )
+    return Beyond(int(row), int(joint), float(out[row, joint]), text)
+
+
+def _at_every_step(
+    robot: Robot, t: ArrayLike | Trajectory, q: ArrayLike | None, step: float
+) -> Wanted:
     if isinstance(t, Trajectory):
         if q is not None:
             raise InputError("give either a Trajectory or times and joint values")
@@ -82,9 +125,7 @@ def _times(first: float, last: float, step: float) -> Array:
 def _splined(t: Array, q: Array, times: Array) -> Wanted:
     from scipy.interpolate import make_interp_spline
 
-    degree = 5 if len(t) >= 6 else min(3, len(t) - 1)
-    # at rest before and after, as far as the degree leaves it open
-    ends = {5: [(1, 0.0), (2, 0.0)], 3: [(1, 0.0)]}.get(degree)
-    zero = [(order, np.zeros(q.shape[1])) for order, _ in ends] if ends else None
-    curve = make_interp_spline(t, q, degree, bc_type=(zero, zero) if zero else None)
+    # at rest at both ends, and as many conditions as degree five needs even for two instants
+    rest = [(order, np.zeros(q.shape[1])) for order in (1, 2)]
+    curve = make_interp_spline(t, q, 5, bc_type=(rest, rest))
     return Wanted(times, curve(times), curve(times, 1), curve(times, 2))
