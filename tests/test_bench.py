@@ -243,3 +243,33 @@ def test_the_sections_without_peers_run(name, tmp_path):
     timed = ("CPU", "packs against one lane", "time per", "slowest arm")
     held = [row for row in told if not row["what"].startswith(timed)]
     assert name in KNOWN or [row for row in held if row["verdict"] == "MISS"] == []
+
+
+def test_calibration_judges_the_worst_arm_and_what_was_not_solved():
+    from kinverse.bench.sections import calibration as section
+
+    good = {"none": 1.4, "chosen": 0.04, "promised": 0.05, "compensated": 0.04, "worst": 0.1}
+    good |= {"choice": "geometric:2", "solved": 100.0, "beyond": 3}
+
+    def verdicts(**bad):
+        lines = section._lines("joint", [good, good, good | bad], 200)
+        return {line.what.split(": ")[1]: line.verdict for line in lines if line.verdict}
+
+    assert set(verdicts().values()) == {"PASS"} and len(verdicts()) == 3
+    assert verdicts(compensated=0.2)["real tool, compensated, worst arm's rms mm"] == "MISS"
+    solved = "targets in the real arm's reach solved, worst arm %"
+    assert verdicts(solved=95.0)[solved] == "MISS" and verdicts(solved=99.9)[solved] == "PASS"
+
+
+def test_the_true_arm_says_which_targets_lie_in_its_reach():
+    from kinverse.bench.real_arm import nominal, real_arm
+    from kinverse.bench.sections import calibration as section
+
+    robot = kv.load("kr16").with_tool(kv.pose([0.05, 0.02, 0.1]))
+    q = np.array([0.3, -1.2, 1.3, 0.4, 0.8, 0.2])
+    T = robot.fk(q)
+    arm = real_arm(np.random.default_rng(1))
+    assert section._reaches(nominal(), T, q + 0.1) and section._reaches(arm, T, q)
+    far = T.copy()
+    far[:3, 3] *= 3.0
+    assert not section._reaches(arm, far, q)

@@ -223,6 +223,31 @@ def test_where_every_model_harms_none_is_chosen():
     assert chosen.name == "none" and not chosen.model.predict(q).any()
 
 
+@pytest.mark.parametrize("jitter", [0.0, 1e-4])
+def test_repeats_of_a_posture_are_held_back_together(jitter):
+    # a smooth error that no sum over single joints follows, and many more rows than postures
+    rng = np.random.default_rng(11)
+    postures, unseen = joints(40), joints(500, seed=12)
+    q = np.repeat(postures, 10, axis=0)[rng.permutation(400)]
+
+    def smooth(q):
+        return 1e-3 * np.sin(q + 2.0 * np.roll(q, 1, axis=1))
+
+    error = smooth(q) + rng.normal(0.0, 2e-5, (400, 3))
+    q = q + rng.uniform(-jitter, jitter, q.shape)
+    models = {f"fourier:{k}": FourierErrorModel(k) for k in (1, 3, 6)}
+    chosen = choose(models, q, error)
+    assert chosen.postures == 40
+    left = chosen.model.predict(unseen) - smooth(unseen)
+    true = np.sqrt((left**2).sum(axis=1).mean())
+    assert true == pytest.approx(chosen.table[0].rms, rel=0.5)
+    assert true < 1.2 * np.sqrt((smooth(unseen) ** 2).sum(axis=1).mean())
+    with pytest.raises(InputError, match="400 measurements of 40 different postures make no 41"):
+        choose(models, q, error, 41)
+    # without repeats a posture is a row
+    assert choose({}, postures, smooth(postures)).postures == 40
+
+
 def test_a_choice_that_cannot_be_made_is_refused():
     q, error = joints(5), np.zeros((5, 3))
     for folds in (1, 6, 2.5):

@@ -81,6 +81,22 @@ def test_too_few_measurements_are_remarked_and_nothing_better_is_status_one(
     assert code == 1 and "chosen: none" in said
 
 
+def test_repeats_and_large_errors_are_remarked(capsys, sheet, tmp_path):
+    head, *rows = sheet.read_text().splitlines()
+    again = tmp_path / "again.csv"
+    again.write_text("\n".join([head, *rows[:30], *rows[:30]]) + "\n")
+    model = ("--model", "geometric")
+    code, said, notes = run(capsys, "kr16", again, *model, "--json")
+    assert code == 0 and "30 different postures: repeats of one are held back together" in notes
+    assert json.loads(said)["measurements"] == 60 and json.loads(said)["postures"] == 30
+    # z from another floor: a base frame that is not the robot's, and no error of the arm
+    high = tmp_path / "high.csv"
+    cells = [row.rsplit(",", 1) for row in rows]
+    high.write_text("\n".join([head, *(f"{a},{float(z) + 100.0!r}" for a, z in cells)]) + "\n")
+    code, _, notes = run(capsys, "kr16", high, *model)
+    assert code == 0 and "m in the base frame" in notes and "postures" not in notes
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [

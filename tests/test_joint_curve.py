@@ -211,6 +211,21 @@ def test_retime_keeps_its_limits_and_the_way(curve):
     assert np.array_equal(again(0.1).q, motion(0.1).q)
 
 
+@pytest.mark.parametrize(
+    ("count", "degree", "seed"), [(60, 6, 3), (60, 3, 3), (40, 7, 1), (300, 5, 4), (1500, 3, 1)]
+)
+def test_retime_keeps_its_limits_between_its_steps(count, degree, seed):
+    # samples at random: the spline swings between two of them
+    rng = np.random.default_rng(seed)
+    s = np.sort(rng.uniform(0, 10, count))
+    curve = JointCurve(s, np.cumsum(rng.normal(0, 0.05, (count, 6)), axis=0), degree)
+    motion = retime(curve, velocity=1.0, acceleration=4.0)
+    _, state = motion.sample(100_001)
+    velocity, acceleration = np.abs(state.velocity).max(), np.abs(state.acceleration).max()
+    assert velocity <= 1.0 + 1e-9 and acceleration <= 4.0 + 4e-9
+    assert max(velocity, np.sqrt(acceleration / 4.0)) > 0.999
+
+
 def test_time_scales_as_limits_do(curve):
     one = retime(curve, 1.0, 4.0).duration
     assert retime(curve, 2.0, 16.0).duration == pytest.approx(one / 2, rel=1e-3)

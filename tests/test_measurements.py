@@ -1,6 +1,7 @@
 """Measurement files: read as they were meant, or refused by name."""
 
 import csv
+import warnings
 
 import numpy as np
 import pytest
@@ -204,13 +205,111 @@ def test_another_arm_is_refused_without_a_reason_made_up(tmp_path):
     assert "confused" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["kr16", "puma560", "ur5", "iiwa14", "adept_one", "planar3r"])
-def test_honest_measurements_are_never_suspected(name, tmp_path):
-    # a base frame off by half a hundredth of the arm, and a poor calibration
-    robot = kv.load(name)
-    header, rows, q, points = sheet(robot, seed=4)
-    off = 1e3 * 0.02 * np.abs(points).max()
+# ---------------------------------------------------------------------------- what says less
+ROLL, PITCH, YAW = 9, 10, 11
+
+
+def swapped(one, other):
+    def alter(header, rows):
+        for row in rows:
+            row[one], row[other] = row[other], row[one]
+
+    return alter
+
+
+def scaled(columns, factor):
+    def alter(header, rows):
+        for row in rows:
+            for at in columns:
+                row[at] = repr(factor * float(row[at]))
+
+    return alter
+
+
+@pytest.mark.parametrize(
+    ("alter", "said"),
+    [
+        (swapped(ROLL, YAW), "roll, pitch, yaw read as yaw, pitch, roll"),
+        (swapped(ROLL, PITCH), "roll, pitch, yaw read as pitch, roll, yaw"),
+        (scaled([ROLL, PITCH, YAW], np.pi / 180), "roll, pitch, yaw in radians"),
+        (scaled([ROLL, PITCH, YAW], 180 / np.pi), "roll, pitch, yaw in degrees"),
+        (scaled([YAW], np.pi / 180), "yaw alone in radians"),
+        (scaled([PITCH], -1), "sign of pitch turned"),
+        # the tool point is on the axis of joint6: only the rotation shows it
+        (scaled([5], np.pi / 180), "joint6 alone in radians"),
+        (scaled([5], -1), "sign of joint6 turned"),
+    ],
+)
+def test_confused_rotations_are_found_out(alter, said, tmp_path):
+    header, rows, *_ = sheet(rotations=True)
+    alter(header, rows)
+    with pytest.raises(InputError, match=said) as caught:
+        read_measurements(written(tmp_path, header, rows), ROBOT)
+    assert " rad (median)" in str(caught.value)
+
+
+@pytest.mark.parametrize("robot", [ROBOT, SCARA], ids=["kr16", "adept_one"])
+def test_one_column_in_another_unit_is_found_out(robot, tmp_path):
+    for at, name in enumerate([*robot.joint_names, *"xyz"]):
+        if robot is ROBOT and name == "joint6":
+            continue  # the tool point is on its axis
+        turns = at < robot.dof and robot.kinds[at] == "R"
+        header, rows, *_ = sheet(robot)
+        scaled([at], np.pi / 180 if turns else 1e-3)(header, rows)
+        says = "in radians" if turns else "a thousand times as long"
+        if name == robot.joint_names[-1] and robot is SCARA:
+            continue  # its last joint turns the tool in its place
+        with pytest.raises(InputError, match=f"with {name} alone {says}"):
+            read_measurements(written(tmp_path, header, rows), robot)
+
+
+def around(spread):
+    """Measurements around one posture."""
+    header, rows, q, points = sheet()
+    rng = np.random.default_rng(6)
+    q = np.array([0.2, -1.3, 1.4, 0.30, 0.34, 0.5]) + rng.uniform(-spread, spread, q.shape)
+    points = ROBOT.fk(q)[:, :3, 3] + rng.normal(0, 5e-4, points.shape)
+    return header, [[*map(repr, row)] for row in np.hstack([np.degrees(q), 1e3 * points]).tolist()]
+
+
+def test_joints_exchanged_around_one_posture_are_found_out(tmp_path):
+    # the tool is off by less than a hundredth of the arm
+    header, rows = around(0.1)
+    assert read_measurements(written(tmp_path, header, rows), ROBOT).error.shape == (ROWS, 3)
+    swapped(3, 4)(header, rows)
+    with pytest.raises(InputError, match="joint4 and joint5 exchanged") as caught:
+        read_measurements(written(tmp_path, header, rows), ROBOT)
+    assert 0.003 < float(str(caught.value).split("measured ")[1].split(" m ")[0]) < 0.019
+
+
+@pytest.mark.parametrize("rotations", [False, True])
+def test_a_shift_too_large_for_an_error_is_remarked_with_what_it_is(rotations, tmp_path):
+    header, rows, q, points = sheet(rotations=rotations)
     for row in rows:
-        at = len(row) - 3
-        row[at] = repr(float(float(row[at]) + off))
-    assert read_measurements(written(tmp_path, header, rows), robot).error.shape == (ROWS, 3)
+        row[8] = repr(float(row[8]) + 100.0)
+    with pytest.warns(UserWarning, match=r"from there shifted by .*, 0\.1 m in the base frame"):
+        read = read_measurements(written(tmp_path, header, rows), ROBOT)
+    np.testing.assert_allclose(read.q, q, atol=1e-12)
+    # the same of a tool that is longer than said
+    long = ROBOT.with_tool(kv.pose([0, 0, 0.1]))
+    header, rows, *_ = sheet(long, rotations=rotations)
+    with pytest.warns(UserWarning, match=r"shifted by .*, 0\.\d+ m in the tool frame"):
+        read_measurements(written(tmp_path, header, rows), ROBOT)
+
+
+@pytest.mark.parametrize("name", ["kr16", "puma560", "ur5", "iiwa14", "adept_one", "planar3r"])
+@pytest.mark.parametrize("rotations", [False, True])
+def test_honest_measurements_are_never_refused(name, rotations, tmp_path):
+    # a base frame off by less than a hundredth of the arm, and a poor calibration
+    robot = kv.load(name)
+    for share, seed in ((0.005, 4), (0.005, 5), (0.02, 6)):
+        header, rows, q, points = sheet(robot, seed, rotations=rotations)
+        off = 1e3 * share * np.abs(points).max()
+        for row in rows:
+            row[robot.dof] = repr(float(float(row[robot.dof]) + off))
+        path = written(tmp_path, header, rows)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            assert len(read_measurements(path, robot).error) == ROWS
+        assert all("much for an error" in str(warning.message) for warning in caught)
+        assert share > 0.01 or not caught or name == "planar3r"  # 2 mm are much for 0.2 m

@@ -5,10 +5,12 @@ import sys
 import matplotlib.image
 import numpy as np
 import pytest
+import scipy.optimize
 
 import kinverse as kv
 from kinverse.paths import condition_5
 from kinverse.workspace import PlanarWorkspace, workspace_figure
+from kinverse.workspace import boundary as boundary_module
 
 TURN = [-np.pi, np.pi]
 
@@ -46,6 +48,25 @@ def box(space, count, seed):
     return space.center + np.random.default_rng(seed).uniform(-far, far, (count, 2)), 4 * far**2
 
 
+def assert_closed(space, within=1e-6):
+    """Gone along with what is reached on the left, where one arc ends another begins."""
+    begin, end = [], []
+    for arc in space.boundary:
+        first, last = arc.points(2)
+        begin.append(first if arc.reached == "inside" else last)
+        end.append(last if arc.reached == "inside" else first)
+    apart = np.linalg.norm(np.array(end)[:, None] - np.array(begin), axis=-1)
+    next_arc = scipy.optimize.linear_sum_assignment(apart)[1]
+    assert apart[np.arange(len(begin)), next_arc].max() < within * space.annulus[1]
+
+
+def sampled(space, count, seed):
+    """Area by sampling [m^2], and its standard deviation."""
+    points, area = box(space, count, seed)
+    share = space.reaches(points).mean()
+    return area * share, area * np.sqrt(max(share * (1 - share), 1 / count) / count)
+
+
 # ---------------------------------------------------------------------------- reachable
 @every
 def test_every_posture_is_inside(robot):
@@ -73,17 +94,14 @@ def test_what_is_reached_can_be_solved_and_the_rest_not(robot):
 @every
 def test_the_edge_encloses_the_area_that_is_reached(robot):
     space = PlanarWorkspace(robot)
-    points, area = box(space, 100_000, 7)
-    share = space.reaches(points).mean()
-    error = area * np.sqrt(share * (1 - share) / len(points))
-    assert space.area == pytest.approx(area * share, abs=4 * error)
+    area, error = sampled(space, 100_000, 7)
+    assert space.area == pytest.approx(area, abs=4 * error)
 
 
 @every
 def test_the_edge_parts_reached_from_not_reached(robot):
     space = PlanarWorkspace(robot)
     step = 1e-6 * space.annulus[1]
-    ends = []
     for arc in space.boundary:
         assert arc.end > arc.start and arc.radius > 0
         t = np.linspace(arc.start, arc.end, 9)[1:-1]
@@ -92,14 +110,75 @@ def test_the_edge_parts_reached_from_not_reached(robot):
         outer = space.reaches(arc.center + (arc.radius + step) * ray)
         assert (inner == (arc.reached == "inside")).all()
         assert (outer == (arc.reached == "outside")).all()
-        ends.append(arc.points(2))
-    # the edge is closed: where one arc ends another begins
-    begin, end = (np.array(ends)[:, k] for k in (0, 1))
-    apart = np.linalg.norm(np.concatenate([begin, end])[:, None] - np.vstack([end, begin]), axis=-1)
-    whole = [arc.end - arc.start > 2 * np.pi - 1e-6 for arc in space.boundary]
-    for k in np.flatnonzero(~np.tile(whole, 2)):
-        others = np.delete(apart[k], (k + len(whole)) % (2 * len(whole)))
-        assert others.min() < 1e-6 * space.annulus[1]
+    assert_closed(space)
+
+
+# circles that are nearly one, arcs that touch from outside, and equal links at even angles
+CLOSE = {
+    "circles 3e-7 m apart": arm(
+        [1.288, 1.477, 0.486, 0.673],
+        [[0.712, 5.147], [0.387, 4.819], [-0.435, -0.179], [-1.290, 1.565]],
+    ),
+} | {
+    # the outermost circle and that of the bent last link are 0.25 d^2 apart
+    f"last joint almost straight, {d:g} rad": arm([1.0, 0.5, 0.5], [[0, 2], [0, 1.5], [-d, 1]])
+    for d in (1e-1, 1e-2, 1e-3, 2e-4, 1e-4, 5e-5, 1e-6, 1e-9)
+}
+
+
+@pytest.mark.parametrize("robot", CLOSE.values(), ids=CLOSE.keys())
+def test_arcs_that_nearly_coincide_are_counted_once(robot):
+    space = PlanarWorkspace(robot)
+    area, error = sampled(space, 100_000, 8)
+    assert space.area == pytest.approx(area, abs=4 * error)
+    assert_closed(space, 1e-4)
+
+
+def test_the_area_changes_with_a_limit_as_little_as_the_arm():
+    # to where arcs are one within rounding; straight is reached from d = 0 on
+    def area(d):
+        return PlanarWorkspace(arm([1.0, 0.5, 0.5], [[0, 2], [-0.3, 1.5], [-d, 1]])).area
+
+    bare = area(0.0)
+    for d in np.geomspace(1e-11, 1e-3, 25):
+        assert area(d) == pytest.approx(bare, abs=1e-5 + 0.02 * d)
+
+
+def nice(count, rng):
+    """An arm of even links and angles, whose arcs coincide and touch."""
+    limits = np.sort(rng.integers(-6, 7, (count, 2)), axis=1)
+    limits[:, 1] += limits[:, 0] == limits[:, 1]
+    return arm(rng.choice([0.5, 1.0, 1.0, 2.0], count), (limits * np.pi / 6).tolist())
+
+
+def plain(count, rng):
+    low = rng.uniform(-3.1, 3.0, count)
+    limits = np.stack(
+        [low, low + rng.choice([0.1, 0.5, 2, 5], count) * rng.uniform(0.2, 1, count)], 1
+    )
+    limits[rng.random(count) < 0.15] = TURN
+    return arm(rng.uniform(0.1, 1.5, count), limits.tolist())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [plain, nice])
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+def test_random_arms_have_the_area_that_is_sampled(make, count):
+    rng = np.random.default_rng(count)
+    for seed in range(100):
+        space = PlanarWorkspace(make(count, rng))
+        area, error = sampled(space, 20_000, seed)
+        # 800 arms in all: five standard deviations are never left by chance
+        assert space.area == pytest.approx(area, abs=5 * error), space.robot.limits
+        assert_closed(space, 1e-4)
+
+
+def test_an_edge_that_does_not_close_is_refused(monkeypatch):
+    space = PlanarWorkspace(ARMS["003"])
+    found = boundary_module._joined
+    monkeypatch.setattr(boundary_module, "_joined", lambda *args: found(*args)[1:])
+    with pytest.raises(kv.NoSolution, match=r"does not close at \(.*\) m"):
+        _ = space.boundary
 
 
 def test_full_turns_leave_an_annulus():

@@ -16,9 +16,13 @@ from kinverse.networks._base import check_whole
 __all__ = ["NONE", "Choice", "HeldOut", "choose"]
 
 Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 NONE = "none"
 """The name of no model at all, which takes part in every choice."""
+
+ONE_POSTURE = 1e-3
+"""Joint values [rad or m] that differ by less were measured in one posture."""
 
 
 class HeldOut(NamedTuple):
@@ -40,6 +44,8 @@ class Choice(NamedTuple):
     model: Any
     """Fitted to all measurements."""
     table: tuple[HeldOut, ...]
+    postures: int
+    """Different ones among the measurements."""
 
     @property
     def before(self) -> HeldOut:
@@ -56,18 +62,19 @@ def choose(
 ) -> Choice:
     """Compare models by cross-validation and fit the best to all measurements.
 
-    Each model is fitted to all folds but one and judged on that one. No model at all is always
-    among those compared, under the name "none".
+    Each model is fitted to all folds but one and judged on that one. Repeated measurements of one
+    posture are in one fold, so that no model is judged on postures that it was fitted to. No model
+    at all is always among those compared, under the name "none".
 
     Args:
         models: name -> model, not fitted or to be fitted anew.
         q: (N, n) joint values [rad or m].
         error: (N, 3) errors [m], or (N, 6) with rotations, which the judgement leaves out.
-        folds: parts the measurements are split into, at random.
+        folds: parts the postures are split into, at random.
         random_state: seed of the split.
 
     Raises:
-        InputError: fewer than two folds or more than measurements, a model called "none".
+        InputError: fewer than two folds or more than postures, a model called "none".
         ValueError: NaN or infinite values, rows of different number.
 
     Example:
@@ -79,10 +86,14 @@ def choose(
     X = check_array(q, dtype=np.float64)
     Y = check_array(error, dtype=np.float64)
     check_whole("folds", folds, 2)
-    if folds > len(X):
-        raise InputError(f"{len(X)} measurements make no {folds} folds")
-    split = KFold(folds, shuffle=True, random_state=random_state)
-    sizes = np.array([len(held) for _, held in split.split(X)])
+    posture = _postures(X)
+    count = int(posture.max()) + 1
+    if folds > count:
+        repeats = "" if count == len(X) else f" of {count} different postures"
+        raise InputError(f"{len(X)} measurements{repeats} make no {folds} folds")
+    parts = KFold(folds, shuffle=True, random_state=random_state).split(np.arange(count))
+    split = [tuple(np.flatnonzero(np.isin(posture, part)) for part in pair) for pair in parts]
+    sizes = np.array([len(held) for _, held in split])
     rows = []
     contest = {NONE: ZeroErrorModel(), **models}
     for name, model in contest.items():
@@ -95,7 +106,20 @@ def choose(
         rows.append(HeldOut(name, float(whole), float(low), float(high)))
     rows.sort(key=lambda row: row.rms)
     best = rows[0].name
-    return Choice(best, clone(contest[best]).fit(X, Y), tuple(rows))
+    return Choice(best, clone(contest[best]).fit(X, Y), tuple(rows), count)
+
+
+def _postures(X: Array) -> Ints:
+    """Numbers (N,) of the postures, from 0 by first appearance; near ones are one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(X).query_pairs(ONE_POSTURE, p=np.inf, output_type="ndarray")
+    near = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (len(X), len(X)))
+    label = connected_components(near, directed=False)[1]
+    _, first, posture = np.unique(label, return_index=True, return_inverse=True)
+    return np.asarray(np.argsort(np.argsort(first))[posture], dtype=np.int64)
 
 
 def _negative_mean_square(model: Any, X: Array, Y: Array) -> float:

@@ -5,16 +5,15 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from itertools import combinations, permutations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinverse import se3
+from kinverse.calibration.readings import Reading, check_reading
 from kinverse.calibration.tool_errors import tool_error
 from kinverse.errors import InputError
-from kinverse.geometry import axis_lines
 from kinverse.robot import Robot
 
 __all__ = ["Measurements", "read_measurements"]
@@ -25,13 +24,6 @@ LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0}
 POSITION, ROTATION = ("x", "y", "z"), ("roll", "pitch", "yaw")
 HEAD = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(\[\s*(?P<unit>[^\[\]]*?)\s*\])?\s*")
-
-SUSPECT = 0.01
-"""Median error in lengths of the arm from which another reading of the columns is looked for."""
-HOPELESS = 0.1
-"""The same from which measurements are refused even if no other reading explains them."""
-BETTER = 0.2
-"""Another reading explains them if it leaves no more than this share of the error."""
 
 
 class Measurements(NamedTuple):
@@ -62,9 +54,13 @@ def read_measurements(path: "str | os.PathLike[str]", robot: Robot) -> Measureme
     Raises:
         InputError: a column that is missing, twice there or without a unit; a unit that does not
             suit; cells that are no finite numbers (rows and columns are named); no rows; positions
-            so far from the arm that columns or units must be confused (it says which, if it finds
-            out).
+            or rotations so far from the arm that columns, units or signs must be confused (it says
+            which, if it finds out).
         OSError: the file cannot be read.
+
+    Warns:
+        UserWarning: errors that are large for an arm to be corrected; if a constant shift
+            explains them, it is told.
 
     Example:
         >>> read_measurements("measurements.csv", kv.load("kr16")).error.shape
@@ -83,12 +79,13 @@ def read_measurements(path: "str | os.PathLike[str]", robot: Robot) -> Measureme
     factors = np.array([_factor(where, lines[0][at], name, robot) for name, at in columns.items()])
     n, table = robot.dof, values * factors
     q, points = table[:, :n], table[:, n : n + 3]
-    _check_reading(where, robot, q, points)
+    rpy = table[:, n + 3 :] if len(columns) > n + 3 else None
+    check_reading(where, robot, Reading(q, points, rpy))
     ignored = tuple(head.strip() for at, head in enumerate(lines[0]) if at not in columns.values())
     measured = points
-    if len(columns) > n + 3:
+    if rpy is not None:
         measured = np.tile(np.eye(4), (len(q), 1, 1))
-        measured[:, :3, :3] = se3.rotation_from_rpy(table[:, n + 3 :])
+        measured[:, :3, :3] = se3.rotation_from_rpy(rpy)
         measured[:, :3, 3] = points
     return Measurements(q, measured, tool_error(robot, q, measured), ignored)
 
@@ -166,52 +163,4 @@ def _numbers(
         raise InputError(
             f"{where}: cells that are missing or no finite numbers: {'; '.join(bad[:5])}{more}"
         )
-    return out
-
-
-# ---------------------------------------------------------------------------- plausibility
-def _check_reading(where: str, robot: Robot, q: Array, points: Array) -> None:
-    """Refuse positions that another order of the columns, or other units, would explain."""
-    size = axis_lines(robot.frames, robot.kinds).size
-    off = _median_error(robot, q, points)
-    if off <= SUSPECT * size:
-        return
-    said = f"{where}: the tool was measured {off:.3g} m (median) from where {robot.name!r} has it"
-    best, reason = min(
-        (_median_error(robot, *reading), words) for words, *reading in _readings(robot, q, points)
-    )
-    if best <= BETTER * off:
-        raise InputError(f"{said}, and {best:.3g} m {reason}: are these confused?")
-    if off > HOPELESS * size:
-        raise InputError(
-            f"{said}: are joint names, units, signs and zeros the robot's, and x, y, z the tool"
-            " point's in its base frame?"
-        )
-
-
-def _median_error(robot: Robot, q: Array, points: Array) -> float:
-    return float(np.median(np.linalg.norm(points - robot.fk(q)[:, :3, 3], axis=1)))
-
-
-def _readings(robot: Robot, q: Array, points: Array) -> list[tuple[str, Array, Array]]:
-    """Other ways to read the columns, in words."""
-    out = []
-    for order in permutations(range(3)):
-        if order != (0, 1, 2):
-            names = ", ".join(POSITION[k] for k in order)
-            out.append((f"with the columns of x, y, z read as {names}", q, points[:, list(order)]))
-    for i, j in combinations(range(robot.dof), 2):
-        swapped = q.copy()
-        swapped[:, [i, j]] = q[:, [j, i]]
-        names = " and ".join(robot.joint_names[k] for k in (i, j))
-        out.append((f"with the columns {names} exchanged", swapped, points))
-    turns = np.array([robot.kinds[robot.source.tolist().index(j)] == "R" for j in range(robot.dof)])
-    for words, factor in (("radians", 180.0 / math.pi), ("degrees", math.pi / 180.0)):
-        out.append((f"with the joints in {words}", np.where(turns, factor * q, q), points))
-    for words, factor in (("a thousand times", 1000.0), ("a thousandth", 0.001)):
-        out.append((f"with positions {words} as long", q, factor * points))
-    for j in range(robot.dof):
-        other = q.copy()
-        other[:, j] = -q[:, j]
-        out.append((f"with the sign of {robot.joint_names[j]} turned", other, points))
     return out

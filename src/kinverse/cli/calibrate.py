@@ -54,19 +54,22 @@ def calibrate(
     arm = kv.load(robot, base=base, tip=tip)
     names = [name for name in dict.fromkeys(model or CANDIDATES) if name != NONE]
     models = {name: calibration.make_model(name, arm) for name in names}
-    measured = calibration.read_measurements(measurements, arm)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
+        measured = calibration.read_measurements(measurements, arm)
         chosen = calibration.choose(models, measured.q, measured.error, folds, rng)
     if measured.ignored:
         note(f"columns that were not read: {', '.join(measured.ignored)}")
     for said in dict.fromkeys(str(warning.message) for warning in caught):
         note(said)
+    if chosen.postures < len(measured.q):
+        note(f"{chosen.postures} different postures: repeats of one are held back together")
     if out is not None:
         calibration.save(chosen.model, out)
     if json:
         rows = [row._asdict() for row in chosen.table]
-        answer = {"robot": arm.name, "measurements": len(measured.q), "unit": "m"}
+        counts = {"measurements": len(measured.q), "postures": chosen.postures}
+        answer = {"robot": arm.name, **counts, "unit": "m"}
         print(text.dumps({**answer, "chosen": chosen.name, "table": rows}))
     else:
         shown = table(

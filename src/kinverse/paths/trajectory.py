@@ -19,6 +19,12 @@ Array = NDArray[np.float64]
 LEAST_GRID = 400
 """Places at which a retimed curve is held to its limits, at least."""
 
+LOOKED = 8
+"""Parts of each step of a retimed motion in which the largest use of the limits is looked for."""
+
+ROUNDS = 6
+"""How often the largest of them are looked at closer, each time LOOKED / 2 times as close."""
+
 
 class State(NamedTuple):
     """Joint values, velocities and accelerations (..., n), in rad or m, and seconds."""
@@ -95,7 +101,7 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
 
     By reachability analysis (Pham & Pham 2018, the package toppra) on a grid that holds the
     curve's samples; what its steps exceed in between, a little, is taken back by slowing the whole
-    motion down until all places looked at (eight to a step) keep both limits.
+    motion down until it keeps both limits where it uses them most.
 
     Args:
         curve: joint values by way.
@@ -131,14 +137,7 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     if speed is None or not np.isfinite(speed).all():
         raise NoSolution("toppra found no motion along this curve within these limits")
     motion = _Along(curve, grid, np.maximum(speed, 0.0))
-    t = motion.times
-    looked = np.append((t[:-1, None] + np.arange(8) / 8 * np.diff(t)[:, None]).ravel(), t[-1])
-    state = motion(looked)
-    slower = max(
-        1.0,
-        float((np.abs(state.velocity) / fast).max()),
-        float(np.sqrt((np.abs(state.acceleration) / strong).max())),
-    )
+    slower = max(1.0, _most_used(motion, fast, strong))
     motion = _Along(curve, grid, np.maximum(speed, 0.0) / slower)
     return Trajectory(float(motion.times[-1]), motion)
 
@@ -225,7 +224,10 @@ class _Along:
 
     def __call__(self, t: Array) -> State:
         i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.pull) - 1)
-        past = t - self.times[i]
+        return self.within(i, t - self.times[i])
+
+    def within(self, i: Any, past: Array) -> State:
+        """The state in steps i (N,), times past (N,) [s] after these begin."""
         pull = self.pull[i][:, None]
         speed = (self.speed[i] + past * self.pull[i])[:, None]
         share = self.grid[i] + past * (self.speed[i] + 0.5 * past * self.pull[i])
@@ -234,6 +236,37 @@ class _Along:
         first = geometry(share, 1)
         second = geometry(share, 2) * speed**2 + first * pull
         return State(geometry(share), first * speed, second)
+
+
+def _most_used(motion: _Along, fast: Array, strong: Array) -> float:
+    """How many times slower a motion must be for both limits, at the place where it is most.
+
+    Places between which the most may lie are looked at closer. The acceleration jumps from step to
+    step, so that each step is looked at with both its ends.
+    """
+    steps, width = np.diff(motion.times), 1.0 / LOOKED
+    step = np.arange(len(steps))
+    middle = np.full(len(steps), 0.5)
+    part, most = np.linspace(-0.5, 0.5, LOOKED + 1), 0.0
+    for _ in range(ROUNDS + 1):
+        share = np.clip(middle[:, None] + part, 0.0, 1.0)
+        i = np.repeat(step, len(part))
+        state = motion.within(i, share.ravel() * steps[i])
+        used = np.maximum(
+            (np.abs(state.velocity) / fast).max(axis=1),
+            np.sqrt((np.abs(state.acceleration) / strong).max(axis=1)),
+        ).reshape(share.shape)
+        most = max(most, float(used.max()))
+        # peaks among the places that could hide more than the most, were their slopes to go on
+        rise = np.pad(np.diff(used, axis=1), ((0, 0), (1, 1)))
+        up, down = rise[:, :-1], -rise[:, 1:]
+        hidden = used + np.maximum(up, down)
+        row, place = np.nonzero((up >= 0.0) & (down >= 0.0) & (hidden > most))
+        if not len(row):
+            break
+        step, middle = step[row], share[row, place]
+        part, width = np.linspace(-width, width, LOOKED + 1), width * 2.0 / LOOKED
+    return most
 
 
 @dataclass(frozen=True, eq=False)

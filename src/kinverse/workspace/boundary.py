@@ -5,18 +5,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.workspace.links import FULL_TURN, Links, aligned, reaches
+from kinverse.errors import NoSolution
+from kinverse.workspace.links import FULL_TURN, SHORT, Links, aligned, reaches
 
 __all__ = ["BoundaryArc", "boundary", "enclosed_area"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SIDE = 1e-7
-"""How far beside an arc its two sides are looked at, as a share of the arm's reach."""
+SIDE = 1e-4
+"""How far beside an arc its two sides are looked at, at most, as a share of the arm's reach."""
 
-TOUCH = 1e-9
-"""Circles that miss each other by less, as a share of the arm's reach, touch."""
+SAME = 1e-10
+"""Arcs nearer to each other, as a share of the arm's reach, are one: rounding and the slack of
+joint limits decide what lies between them."""
+
+CLOSED = 1e-4
+"""How far apart, as a share of the arm's reach, the ends of joined arcs may be: arcs that touch are
+one (SAME) over some multiple of the square root of that."""
 
 
 class BoundaryArc(NamedTuple):
@@ -54,24 +60,28 @@ def boundary(links: Links, first: complex) -> tuple[BoundaryArc, ...]:
 
     On the edge an arm stands with each joint at a limit or in line with the end: the end is on one
     of finitely many arcs. They are cut where they cross; a piece belongs to the edge if one side
-    of it is reached and the other is not.
+    of it is reached and the other is not. Each side is looked at no further away than half way to
+    the next arc.
+
+    Raises:
+        NoSolution: the pieces found do not close.
     """
     size = links.annulus[1]
     arcs = _critical(links, size)
-    pieces = [piece for k in range(len(arcs)) for piece in _cut(arcs, k, size)]
+    found = [_pieces(arcs, k, size) for k in range(len(arcs))]
+    pieces = [piece for some, _ in found for piece in some]
     if not pieces:
         return ()
-    middle = np.array([piece.start + piece.turn / 2.0 for piece in pieces])
-    ray: Complex = np.exp(1j * middle)
-    on: Complex = np.array([piece.center for piece in pieces])
-    on = on + np.array([piece.radius for piece in pieces]) * ray
-    inside, outside = (reaches(links, on + side * SIDE * size * ray) for side in (-1.0, 1.0))
+    sides: Complex = np.concatenate([beside for _, beside in found])
+    inside, outside = (reaches(links, sides[:, side]) for side in (0, 1))
     kept = [
         (piece, "inside" if within else "outside")
         for piece, within, without in zip(pieces, inside, outside, strict=True)
         if within != without
     ]
-    return tuple(_joined(kept, first))
+    edge = tuple(_joined(kept, first))
+    _check_closed(edge, size)
+    return edge
 
 
 def enclosed_area(arcs: tuple[BoundaryArc, ...]) -> float:
@@ -89,7 +99,7 @@ def _critical(links: Links, size: float) -> list[_Arc]:
     arcs: dict[tuple[float, ...], _Arc] = {}
     for posture in aligned(links, 0):
         radius = abs(posture.beyond)
-        if radius <= 1e-12 * size:
+        if radius <= SAME * size:
             continue
         low, high = links.low[posture.first], links.high[posture.first]
         whole = high - low >= FULL_TURN
@@ -102,53 +112,121 @@ def _critical(links: Links, size: float) -> list[_Arc]:
     return list(arcs.values())
 
 
-def _cut(arcs: list[_Arc], k: int, size: float) -> list[_Arc]:
-    """The pieces of one arc between where the others' circles meet it."""
+def _pieces(arcs: list[_Arc], k: int, size: float) -> tuple[list[_Arc], Complex]:
+    """The pieces of one arc that no earlier arc holds too, and a point (P, 2) on each side of each.
+
+    Of arcs that are one in the middle of a piece, the first holds it.
+    """
+    cuts = _cuts(arcs, k, size)
     arc = arcs[k]
+    # pieces shorter than what tells two arcs apart are none
+    long = np.diff(cuts) * arc.radius > SAME * size
+    low, high = cuts[:-1][long], cuts[1:][long]
+    ray: Complex = np.exp(1j * (arc.start + 0.5 * (low + high)))
+    middle: Complex = arc.center + arc.radius * ray
+    way = _crossings(arcs, middle, ray)
+    inner, outer = (_next(sign * way, SAME * size) for sign in (-1.0, 1.0))
+    one = (way >= -inner[0][:, None]) & (way <= outer[0][:, None])
+    holds = np.argmax(one.reshape(len(one), 2, -1).any(axis=1), axis=1) == k
+    step = [near + np.minimum(0.5 * (far - near), SIDE * size) for near, far in (inner, outer)]
+    beside = np.stack([middle - step[0] * ray, middle + step[1] * ray], axis=1)
+    spans = zip(low[holds].tolist(), high[holds].tolist(), strict=True)
+    return [_Arc(arc.center, arc.radius, arc.start + a, b - a) for a, b in spans], beside[holds]
+
+
+def _cuts(arcs: list[_Arc], k: int, size: float) -> Array:
+    """Angles from the start of an arc, ascending from 0 to its turn: where others meet it."""
+    # wider than what makes two arcs one: in the middle of a piece a gap may be a quarter of that at
+    # its end, and arcs that are one there must be cut at the same places
+    arc, near = arcs[k], 10.0 * SAME * size
     center = np.array([other.center for other in arcs])
     radius = np.array([other.radius for other in arcs])
+    tip: Complex = np.array([[other.start, _end(other)] for other in arcs])
+    tip = (center[:, None] + radius[:, None] * np.exp(1j * tip)).ravel() - arc.center
+    ends = np.angle(tip[np.abs(np.abs(tip) - arc.radius) <= near])
     apart = np.abs(center - arc.center)
-    same = (apart <= TOUCH * size) & (np.abs(radius - arc.radius) <= TOUCH * size)
-    ends = [angle for i in np.flatnonzero(same) for angle in (arcs[i].start, _end(arcs[i]))]
-    meet = (apart > TOUCH * size) & (apart <= arc.radius + radius + TOUCH * size)
-    meet &= np.abs(arc.radius - radius) <= apart + TOUCH * size
+    meet = (apart > SHORT * size) & (apart <= arc.radius + radius + near)
+    meet &= np.abs(arc.radius - radius) <= apart + near
     way, apart, radius = np.angle(center - arc.center)[meet], apart[meet], radius[meet]
     cosine = (arc.radius**2 + apart**2 - radius**2) / (2.0 * arc.radius * apart)
     half = np.arccos(np.clip(cosine, -1.0, 1.0))
     past = np.mod(np.concatenate([ends, way - half, way + half]) - arc.start, 2.0 * np.pi)
-    cuts = np.unique(np.concatenate([[0.0], past[past < arc.turn], [arc.turn]]))
-    # pieces shorter than the rounding of the cuts are none
-    long = np.diff(cuts) > TOUCH
-    low, high = cuts[:-1][long], cuts[1:][long]
-    spans = zip(low.tolist(), high.tolist(), strict=True)
-    return [_Arc(arc.center, arc.radius, arc.start + a, b - a) for a, b in spans]
+    return np.unique(np.concatenate([[0.0], past[past < arc.turn], [arc.turn]]))
+
+
+def _crossings(arcs: list[_Arc], points: Complex, ray: Complex) -> Array:
+    """How far (P, 2 A) from points (P,) along a ray each arc is crossed; inf where it is not."""
+    center = np.array([arc.center for arc in arcs])
+    radius = np.array([arc.radius for arc in arcs])
+    start, turn = np.array([arc.start for arc in arcs]), np.array([arc.turn for arc in arcs])
+    out = np.full((len(points), 2, len(arcs)), np.inf)
+    # seen from each point along its ray
+    seen = (center - points[:, None]) * ray.conj()[:, None]
+    with np.errstate(invalid="ignore"):
+        half = np.sqrt(radius**2 - seen.imag**2)
+    for side, sign in enumerate((-1.0, 1.0)):
+        way = seen.real + sign * half
+        angle = np.angle((way - seen) * ray[:, None])
+        on = np.mod(angle - start, 2.0 * np.pi) <= turn
+        out[:, side] = np.where(on & np.isfinite(way), way, np.inf)
+    return out.reshape(len(points), -1)
+
+
+def _next(way: Array, near: float) -> tuple[Array, Array]:
+    """Last of the crossings (P,) that are one with that at zero, and the first behind them."""
+    ahead = np.sort(np.where((way >= 0.0) & np.isfinite(way), way, np.inf), axis=1)
+    ahead = np.hstack([np.zeros((len(way), 1)), ahead, np.full((len(way), 1), np.inf)])
+    with np.errstate(invalid="ignore"):
+        last = np.argmax(~(np.diff(ahead, axis=1) <= near), axis=1)
+    row = np.arange(len(way))
+    return ahead[row, last], ahead[row, last + 1]
 
 
 def _joined(kept: list[tuple[_Arc, str]], first: complex) -> list[BoundaryArc]:
-    """Pieces put together again, each piece once."""
+    """Pieces put together again."""
     out: list[BoundaryArc] = []
-    seen: set[tuple[float, ...]] = set()
     for piece, side in kept:
         center = complex(piece.center + first)
-        middle = np.mod(piece.start + piece.turn / 2.0, 2.0 * np.pi)
-        key = (center.real, center.imag, piece.radius, np.cos(middle), np.sin(middle))
-        near = tuple(np.round(np.array(key) / max(abs(center), piece.radius), 7).tolist())
-        if near in seen:
-            continue
-        seen.add(near)
-        last = out[-1] if out else None
+        place, last = (center.real, center.imag), out[-1] if out else None
         end = piece.start + piece.turn
         if (
             last is not None
-            and last.center == (center.real, center.imag)
+            and last.center == place
             and (last.radius, last.reached) == (piece.radius, side)
-            and abs(last.end - piece.start) <= TOUCH
+            and abs(last.end - piece.start) <= 1e-9
         ):
             out[-1] = last._replace(end=end)
         else:
-            place = (center.real, center.imag)
             out.append(BoundaryArc(place, piece.radius, piece.start, end, side))
     return out
+
+
+def _check_closed(edge: tuple[BoundaryArc, ...], size: float) -> None:
+    """Refuse an edge with loose ends.
+
+    Gone along with what is reached on the left, as many arcs begin in a place as end there.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    if not edge:
+        return
+    ends = np.concatenate([arc.points(2) for arc in edge])
+    leaves = np.array(
+        [s for arc in edge for s in ((1, -1) if arc.reached == "inside" else (-1, 1))]
+    )
+    pairs = cKDTree(ends).query_pairs(CLOSED * size, output_type="ndarray")
+    shape = (len(ends), len(ends))
+    near = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape)
+    count, place = connected_components(near, directed=False)
+    loose = np.bincount(place, leaves, count) != 0
+    if loose.any():
+        x, y = ends[np.argmax(loose[place])].tolist()
+        raise NoSolution(
+            f"the edge found does not close at ({x:.9g}, {y:.9g}) m: too many of its arcs nearly"
+            " touch; take points or reaches"
+        )
 
 
 def _end(arc: _Arc) -> float:

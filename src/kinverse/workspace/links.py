@@ -18,7 +18,7 @@ FULL_TURN = 2.0 * np.pi - 1e-9
 SHORT = 1e-12
 """Lengths below this share of the arm's reach count as none."""
 
-SLACK = 1e-9
+SLACK = 1e-12
 """How far outside its limits an angle [rad] counts as inside."""
 
 

@@ -99,7 +99,7 @@ class PlanarWorkspace:
     def reaches(self, points: ArrayLike) -> Bools:
         """Whether the tool gets to points (N, 2), limits held: exact, nothing is sampled.
 
-        On the edge itself (to about 1e-9 of the reach) rounding decides.
+        On the edge itself (to about 1e-12 of the reach) rounding decides.
 
         Raises:
             InputError: another shape, or NaN.
@@ -123,6 +123,7 @@ class PlanarWorkspace:
 
         Raises:
             InputError: joints with limits and more than six that move the tool.
+            NoSolution: the edge found does not close, as too many arcs nearly touch.
 
         Example:
             >>> [arc.radius for arc in PlanarWorkspace(free_arm).boundary]
@@ -143,7 +144,13 @@ class PlanarWorkspace:
 
     @property
     def area(self) -> float:
-        """Area of the reachable set [m^2], from its edge."""
+        """Area of the reachable set [m^2], from its edge.
+
+        To rounding, or to about 1e-5 of the arm's reach squared where arcs nearly touch.
+
+        Raises:
+            InputError, NoSolution: as ``boundary``.
+        """
         return enclosed_area(self.boundary)
 
     @property
