@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from kinverse.errors import InputError, NoClosedForm
 from kinverse.paths.tracking.layers import Layers, tidy
+from kinverse.paths.tracking.measured import MeasuredBranches, is_measured
 from kinverse.paths.tracking.redundancy import RedundantBranches
 from kinverse.solvers import Solver, make_solver
 from kinverse.solvers.analytic import Analytic
@@ -28,6 +29,15 @@ SEEDS = 24
 """Starts of a search for the solutions of a sample."""
 ANCHORS = 12
 """Samples along a path whose solutions are searched for, and followed to both sides."""
+FOLLOWED = 8
+"""Samples that are followed at once at first."""
+FOLLOW_STARTS = 4
+"""Starts at each of them: what ends would cost as much as thousands of samples with all starts."""
+MOST_FOLLOWED = 500_000
+"""Joint values that are followed through all samples together, of arms with joints to spare, whose
+solutions are as many as the starts..."""
+LEAST_MEMBERS = 24
+"""...but so many solutions are followed, however long the path."""
 NEAR_LIMIT = 1e-2
 """How far beyond a limit [rad or m] a solution may lie for joint values on it to be tried."""
 FLAT = 1e-9
@@ -42,6 +52,11 @@ class Branches(Protocol):
     branch_labels: tuple[str, ...]
     is_complete: bool
     """Nothing is missed, but for the members of a continuum."""
+    is_exhaustive: bool
+    """Of a sample that is not singular every solution is looked at."""
+
+    def fk(self, q: Array) -> Array:
+        """Poses (K, 4, 4) of the tool at joint values (K, n), as the solutions are verified."""
 
     def layers(self, T: Array) -> Layers:
         """The solutions of poses (N, 4, 4)."""
@@ -51,6 +66,9 @@ class Branches(Protocol):
 
     def finer(self, T: Array, q: Array, level: int) -> Layers | None:
         """More of a continuum about q (N, n), closer at each level; None where that is all."""
+
+    def between(self, T: Array, level: int) -> Layers | None:
+        """Solutions between those of ``layers``, closer at each level; None where that is all."""
 
     def on(self, robot: "Robot") -> "Branches":
         """The same for another robot."""
@@ -84,6 +102,12 @@ def _chosen(solver: Solver, robot: "Robot") -> Branches:
     # windings are chosen along the path, and limits are held
     common = {"windings": "nearest", "limits": "hold"}
     solver.set_params(**{k: v for k, v in common.items() if k in solver.get_params()})
+    if is_measured(solver):
+        inner = solver.get_params()["solver"].clone()
+        inner.set_params(**{k: v for k, v in common.items() if k in inner.get_params()})
+        solver.set_params(solver=inner)
+        solver.fit(robot)
+        return MeasuredBranches(solver, _chosen(inner, robot))
     solver.fit(robot)
     return _closed(solver) if isinstance(solver, Analytic) else SearchedBranches(solver)
 
@@ -103,9 +127,13 @@ class ClosedBranches:
         self.task = solver.settings_.task
         self.branch_labels = solver.branch_labels_
         is_general = solver.parallel_arm_ is None and solver.spec_.family is Family.GENERAL_6R
-        self.is_complete = not is_general
+        self.is_complete = self.is_exhaustive = not is_general
         self.has_lasting_branches = not is_general
         self.follower = follower(solver)
+
+    def fk(self, q: Array) -> Array:
+        """Forward kinematics."""
+        return self.robot.fk(q)
 
     def layers(self, T: Array) -> Layers:
         """The solutions of poses (N, 4, 4)."""
@@ -168,6 +196,10 @@ class ClosedBranches:
         """Nothing is between the branches."""
         return None
 
+    def between(self, T: Array, level: int) -> Layers | None:
+        """There is no grid."""
+        return None
+
     def on(self, robot: "Robot") -> "ClosedBranches":
         """The same for another robot."""
         return ClosedBranches(self.solver.clone().fit(robot))
@@ -177,6 +209,7 @@ class SearchedBranches:
     """Whatever a search finds at some samples, followed along the path from there."""
 
     is_complete = False
+    is_exhaustive = False
 
     def __init__(self, solver: Solver) -> None:
         self.solver = solver
@@ -184,6 +217,11 @@ class SearchedBranches:
         self.task = solver.settings_.task
         self.branch_labels: tuple[str, ...] = ()
         self.follower = follower(solver)
+        self._runner = follower(solver).set_params(max_starts=FOLLOW_STARTS).fit(self.robot)
+
+    def fk(self, q: Array) -> Array:
+        """Forward kinematics."""
+        return self.robot.fk(q)
 
     def layers(self, T: Array) -> Layers:
         """What starts all over the limits lead to at some samples, followed to both ends."""
@@ -200,13 +238,12 @@ class SearchedBranches:
             ),
         )
         sample, q = [first.sample], [first.q]
-        for anchor in anchors:
-            for start in first.q[first.sample == anchor]:
-                for where in (np.arange(anchor + 1, len(T)), np.arange(anchor - 1, -1, -1)):
-                    if len(where):
-                        s = self.follower.follow(T[where], start)
-                        sample.append(where[s.pose_index])
-                        q.append(s.q)
+        for row in self._members(first):
+            anchor, start = first.sample[row], first.q[row]
+            for where in (np.arange(anchor + 1, len(T)), np.arange(anchor - 1, -1, -1)):
+                rows = self._followed(T[where], start)
+                sample.append(where[: len(rows)])
+                q.append(rows)
         layers = _layers(len(T), np.concatenate(sample), np.concatenate(q))
         empty = np.flatnonzero(np.diff(layers.start) == 0)
         if len(empty):
@@ -216,6 +253,28 @@ class SearchedBranches:
         layers = tidy(self.robot, layers)
         layers.side[:] = sides(self.robot, self.task, layers.q)
         return layers
+
+    def _members(self, layers: Layers) -> Ints:
+        """Rows to follow: all, but some of many where solutions are no points."""
+        count = len(layers.q)
+        most = max(MOST_FOLLOWED // len(layers), LEAST_MEMBERS)
+        if as_task(self.task).size >= self.robot.dof or count <= most:
+            return np.arange(count)
+        return np.unique(np.linspace(0, count - 1, most).round().astype(np.int64))
+
+    def _followed(self, T: Array, start: Array) -> Array:
+        """Joint values (K, n) that start leads to, up to the first pose that is missed."""
+        rows = [np.empty((0, len(start)))]
+        first, count = 0, FOLLOWED
+        while first < len(T):
+            found = self._runner.follow(T[first : first + count], start)
+            missed = np.flatnonzero(~found.ok)
+            # one solution a pose, so those before the first miss are the first rows
+            rows.append(found.q[: missed[0]] if len(missed) else found.q)
+            if len(missed):
+                break
+            start, first, count = found.q[-1], first + count, 2 * count
+        return np.concatenate(rows)
 
     def near(self, T: Array, q: Array) -> Layers:
         """What the nearest joint values lead to."""
@@ -227,6 +286,10 @@ class SearchedBranches:
 
     def finer(self, T: Array, q: Array, level: int) -> Layers | None:
         """The search ends where it ends."""
+        return None
+
+    def between(self, T: Array, level: int) -> Layers | None:
+        """There is no grid."""
         return None
 
     def on(self, robot: "Robot") -> "SearchedBranches":
