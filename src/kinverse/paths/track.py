@@ -80,9 +80,8 @@ def track(
         max_velocity: (n,) or a number [rad/s or m/s], for the metric "time".
         task: which part of the poses must hold; a solver object brings its own.
         tolerance: largest distance [m] of the tool from the path between samples, joints moving in
-            a straight line and the parameter evenly; samples are added until it is kept (31 places
-            between two are looked at), a path's ``breaks`` first. It needs a ``Path``: poses say
-            nothing of what is between them.
+            a straight line and the parameter evenly; samples are added until it is kept, a path's
+            ``breaks`` first. It needs a ``Path``: poses say nothing of what is between them.
         samples: of a ``Path``, at first.
 
     Returns:
