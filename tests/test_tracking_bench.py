@@ -46,7 +46,7 @@ def test_a_pose_out_of_reach_is_not_reached():
     assert not corrected(robot, T, q)[1].any()
 
 
-@pytest.mark.parametrize("name, seeds", [("kr16", range(6)), ("iiwa14", (708,))])
+@pytest.mark.parametrize("name, seeds", [("kr16", (21, 37)), ("iiwa14", (708,))])
 def test_the_judge_refuses_another_reason(name, seeds):
     robot = kv.load(name)
     judge = _Judge(robot)
@@ -59,7 +59,7 @@ def test_the_judge_refuses_another_reason(name, seeds):
                 wrong = Reason.SINGULARITY if gap.code is Reason.STEP else Reason.STEP
                 assert not judge.agrees(replace(gap, code=wrong), found, seed)
                 looked += 1
-    assert looked
+    assert looked >= len(seeds)
 
 
 def test_paths_that_could_be_followed_are_counted():
