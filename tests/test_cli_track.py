@@ -2,15 +2,33 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
 
 import kinverse as kv
+import oracle
 from kinverse.bench import cases
 from kinverse.cli import main
-from kinverse.paths import named_samples
+from kinverse.paths import Path, named_samples
 
+ARM = """kind = "dh"
+name = "flat"
+convention = "standard"
+units = { length = "m", angle = "deg" }
+rows = [
+  { joint = "R", theta = 0, d = 0, a = 0.5, alpha = 0, limits = [-180, 180] },
+  { joint = "R", theta = 0, d = 0, a = 0.4, alpha = 0, limits = [-180, 180] },
+  { joint = "R", theta = 0, d = 0, a = 0.2, alpha = 0, limits = [-180, 180] },
+]
+"""
+CELL = """<mujoco><worldbody>
+  <geom type="box" size="0.02 0.02 0.02" pos="{x} {y} 0"/>
+  <body><joint name="joint1"/><geom type="capsule" size="0.03" fromto="0 0 0 0.5 0 0"/>
+    <body pos="0.5 0 0"><joint name="joint2"/><geom type="box" size="0.2 0.02 0.02" pos="0.2 0 0"/>
+      <body pos="0.4 0 0"><joint name="joint3"/><geom type="sphere" size="0.02" pos="0.1 0 0"/>
+</body></body></body></worldbody></mujoco>"""
 HEAD = ["x", "y", "z", "qw", "qx", "qy", "qz"]
 
 
@@ -57,7 +75,11 @@ def test_a_whole_path_is_written(capsys, arm, whole, tmp_path):
     code, said, err = run(
         capsys, "track", "kr16", whole, "--out", out, "--plot", picture, "--degrees"
     )
-    assert code == 0 and "30 of 30 poses tracked in 1 runs" in said and "drawn" in err
+    assert (
+        code == 0
+        and "30 of 30 poses tracked in 1 run, largest joint step" in said
+        and "drawn" in err
+    )
     rows = rows_of(out)
     assert [row["row"] for row in rows] == [str(k) for k in range(1, 31)]
     q = np.radians([[float(row[f"joint{j}_deg"]) for j in range(1, 7)] for row in rows])
@@ -97,9 +119,98 @@ def test_options_reach_the_search(capsys, arm, whole, tmp_path):
     assert run(capsys, "track", "kr16", whole, "--metric", "l2", "--solver", "analytic")[0] == 0
 
 
+def test_samples_are_added_to_a_tolerance(capsys, arm, whole, tmp_path):
+    out = tmp_path / "joints.csv"
+    code, said, _ = run(capsys, "track", "kr16", whole, "--tolerance", 1e-6, "--out", out)
+    rows = rows_of(out)
+    assert code == 0 and len(rows) > 60 and f"{len(rows)} of {len(rows)} poses" in said
+    assert "the tool is at most" in said and "mm from the path" in said
+    s = np.array([float(row["s_m"]) for row in rows])
+    q = np.array([[float(row[f"joint{j}_rad"]) for j in range(1, 7)] for row in rows])
+    path = Path.from_poses(arm.fk(cases.path(arm, 30)))
+    # the file's poses are among the samples, and the tool stays near between them
+    assert np.abs(s[:, None] - path.breaks).min(axis=0).max() < 1e-6
+    middle = [oracle.robot_fk(arm, row)[:3, 3] for row in 0.5 * (q[1:] + q[:-1])]
+    away = np.linalg.norm(middle - path(0.5 * (s[1:] + s[:-1]))[:, :3, 3], axis=1)
+    assert away.max() < 1.01e-6
+    code, said, _ = run(capsys, "track", "kr16", whole, "--samples", 50, "--json")
+    told = json.loads(said)
+    assert code == 0 and len(told["rows"]) == 50 and told["rows"][-1]["s"] > told["rows"][0]["s"]
+    assert told["deviation"] is None and told["closure"] is None
+
+
+def test_the_summary_has_units(capsys, whole, tmp_path):
+    code, said, _ = run(capsys, "track", "kr16", whole, "--metric", "time", "--max-velocity", 2)
+    slow = run(capsys, "track", "kr16", whole, "--metric", "time", "--max-velocity", *[1] * 6)[1]
+    assert code == 0 and "in 1 run, largest joint step" in said and " rad, cost" in said
+    seconds = [float(re.search(r"cost (\S+) s$", text.strip())[1]) for text in (said, slow)]
+    assert seconds[1] == pytest.approx(2.0 * seconds[0], rel=1e-3)
+    assert re.search(
+        r"step \S+ deg, cost \S+ deg", run(capsys, "track", "kr16", whole, "--degrees")[1]
+    )
+    # a slide's steps are metres, and what is added up of both says so
+    scara = kv.load("adept_one")
+    middle = scara.limits.mean(axis=1) + [0.1, 0.1, 0.0, 0.1]
+    path = written(tmp_path / "path.csv", scara.fk(np.linspace(middle, middle + 0.02, 9)))
+    told = run(capsys, "track", "adept_one", path, "--task", "schoenflies")[1]
+    assert re.search(r"step \S+ rad and \S+ m, cost \S+ \(rad and m added up\)", told)
+
+
+def test_obstacles_are_kept_clear_of(capsys, arm, whole, tmp_path):
+    tool = arm.fk(cases.path(arm, 30))[12, :3, 3]
+    balls = tmp_path / "balls.csv"
+    cells = ",".join(repr(float(v)) for v in 1e3 * tool)
+    balls.write_text(f"x [mm],y [mm],z [mm],radius\n{cells},0.01\n")
+    code, said, _ = run(capsys, "track", "kr16", whole, "--radius", 0.01, "--spheres", balls)
+    assert code == 1 and "COLLISION" in said
+    assert run(capsys, "track", "kr16", whole, "--radius", 0.01, "--floor", -9)[0] == 0
+    code, said, _ = run(capsys, "track", "kr16", whole, "--radius", 0.01, "--floor", 9)
+    assert code == 1 and "0 of 30 poses tracked" in said and "run" not in said.splitlines()[0]
+    wide = ["--margin", 9, "--radius", 0.01, "--spheres", balls]
+    assert "0 of 30 poses" in run(capsys, "track", "kr16", whole, *wide)[1]
+
+
+def test_a_model_of_the_cell_is_kept_clear_of(capsys, tmp_path):
+    pytest.importorskip("mujoco")
+    robot = tmp_path / "arm.toml"
+    robot.write_text(ARM)
+    arm = kv.load(robot)
+    path = written(tmp_path / "path.csv", arm.fk([[0.7 + 0.01 * k, -0.8, 0.5] for k in range(9)]))
+    argv = ["track", robot, path, "--task", "planar", "--json"]
+    free = np.array([row["q"] for row in json.loads(run(capsys, *argv)[1])["rows"]])
+    model = tmp_path / "cell.xml"
+    x, y = 0.5 * np.cos(free[4, 0]), 0.5 * np.sin(free[4, 0])
+    model.write_text(CELL.format(x=x, y=y))
+    code, said, _ = run(capsys, *argv, "--model", model, "--margin", 0.001)
+    told = json.loads(said)
+    assert code == 0 and np.sign(told["rows"][4]["q"][1]) == -np.sign(free[4, 1])
+    # capsules that no elbow keeps clear of the floor, and the model: both count
+    both = ["--model", model, "--radius", 0.01, "--floor", 0.1]
+    assert json.loads(run(capsys, *argv, *both)[1])["gaps"][0]["reason"] == "COLLISION"
+
+
+def test_a_start_out_of_reach_is_told(capsys, arm, whole):
+    far = np.clip(cases.path(arm, 30)[0] + 1.5, *arm.limits.T)
+    code, said, _ = run(capsys, "track", "kr16", whole, "--q-start", *far)
+    assert code == 1 and "before row 1: STEP: from q_start" in said
+    code, said, _ = run(capsys, "track", "kr16", whole, "--q-start", *far, "--json")
+    assert json.loads(said)["gaps"][0]["where"] == "before row 1"
+
+
 @pytest.mark.parametrize(
     "options, said",
     [
+        (["--metric", "time"], "--max-velocity goes with --metric time"),
+        (["--max-velocity", "1"], "--max-velocity goes with --metric time"),
+        (["--metric", "time", "--max-velocity", "1", "2"], "--max-velocity needs 1 number or 6"),
+        (["--metric", "time", "--max-velocity", "0"], "--max-velocity must be positive"),
+        (["--tolerance", "0"], "tolerance must be positive"),
+        (["--samples", "1"], "count must lie in"),
+        (["--floor", "0"], "need --radius"),
+        (["--spheres", "missing.csv"], "need --radius"),
+        (["--margin", "0.1"], "--margin needs"),
+        (["--radius", "-1"], "radii"),
+        (["--radius", "0.1", "--spheres", "missing.csv"], "no such file"),
         (["--metric", "mean"], "metric"),
         (["--out", "joints.txt"], ".csv or .json"),
         (["--out", "nowhere/joints.csv"], "no folder"),
@@ -121,6 +232,25 @@ def test_paths_of_the_documents_have_names(capsys, tmp_path):
     assert run(capsys, "track", "kr16", tmp_path / "path.npz")[1] == said
     code, out, err = run(capsys, "track", "kr16", "masajedi")
     assert code == 2 and out == "" and "unknown path 'masajedi'" in err and "habibkhah_4" in err
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("", "must name the columns"),
+        ("x,y,z\n1,2,3\n", "must name the columns"),
+        ("x,y,z,radius\n1,2,3\n", "row 1: 3 cells"),
+        ("x,y,z,radius\n1,2,3,0.1\n1,2,a,0.1\n", "row 2"),
+        ("x,y,z,radius\n1,2,nan,0.1\n", "row 1: a value is not finite"),
+        ("x [in],y,z,radius\n1,2,3,0.1\n", "x [mm]"),
+        ("x,y,z,radius\n1,2,3,-0.1\n", "negative"),
+    ],
+)
+def test_bad_spheres_are_named(capsys, whole, tmp_path, text, said):
+    balls = tmp_path / "balls.csv"
+    balls.write_text(text)
+    code, out, err = run(capsys, "track", "kr16", whole, "--radius", 0.1, "--spheres", balls)
+    assert code == 2 and out == "" and said in err and err.count("\n") == 1
 
 
 def test_bad_files_are_refused(capsys, arm, tmp_path):

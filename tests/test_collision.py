@@ -148,3 +148,15 @@ def test_joint_values_are_checked():
     with pytest.raises(InputError):
         capsules([[0.0] * 5])
     assert capsules(np.empty((0, 6))).shape == (0,)
+
+
+def test_the_foot_of_an_arm_may_stand_in_the_floor():
+    robot = kv.load("kr16")
+    # joint 1 begins on the floor, wherever the joints are
+    q = np.radians([[0, -90, 90, 0, 0, 0], [0, 10, 40, 0, 0, 0]])
+    clear = Capsules(robot, 0.06, floor=0.0, self_collision=False)
+    assert clear(q).tolist() == [True, False]
+    assert not Capsules(robot, 0.06, floor=0.0, floor_from=1, self_collision=False)(q).any()
+    # one that is mounted higher has to keep link 1 above it too
+    raised = Capsules(robot.with_base(kv.pose([0, 0, 0.5])), 0.06, floor=0.0)
+    assert raised.floor_from == 1

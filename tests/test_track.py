@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import kinverse as kv
+import oracle
+from kinverse import calibration
 from kinverse.bench import cases
 from kinverse.bench.splines import Spline
 from kinverse.errors import InputError, NoClosedForm
@@ -141,11 +143,33 @@ def test_the_path_begins_where_the_arm_is():
     for start in kv.solve(robot, T[0]).q:
         found = track(robot, T, q_start=start)
         assert np.abs(found.q[0] - start).max() < 1e-6
-    # far from all solutions: the way there counts
+    # far from all solutions: the way there counts, and is a break
     far = np.clip(q[0] + 1.5, *robot.limits.T)
     found = track(robot, T, q_start=far)
     along = np.abs(np.diff(found.q, axis=0)).max(axis=1).sum()
     assert found.cost == pytest.approx(along + np.abs(found.q[0] - far).max())
+    assert found.ok.all() and not found.is_whole
+    gap = found.gaps[0]
+    assert (gap.start, gap.end, gap.code) == (0, 0, Reason.STEP)
+    assert "q_start" in gap.text and "'joint" in gap.text and found.intervals == ((0, 20),)
+    # a larger step reaches it
+    wide = np.abs(found.q[0] - far).max() + 1e-6
+    assert track(robot, T, q_start=far, max_step=wide).is_whole
+
+
+def test_a_closed_path_says_how_far_from_their_start_the_joints_end():
+    robot = kv.load("panda")
+    turned = kv.pose([0, 0, 0], rpy=[3.1, 0, 0])[:3, :3]
+    ring = Path.circle([0.45, 0.0, 0.4], 0.1, orientation=turned)
+    found = track(robot, ring, samples=60)
+    assert found.is_whole and found.closure == np.abs(found.q[-1] - found.q[0]).max()
+    assert found.closure > 1e-3 and "closed" in repr(found)
+    half = track(robot, Path.circle([0.45, 0.0, 0.4], 0.1, [0, 2], orientation=turned), samples=40)
+    assert np.isnan(half.closure) and "closed" not in repr(half)
+    # without a joint to spare and off the singularities the arm comes back
+    arm = kv.load("kr16")
+    tool = kv.pose([0, 0, 0], rpy=[0.2, 1.7, 0.3])[:3, :3]
+    assert track(arm, Path.circle([0.9, 0, 1.1], 0.1, orientation=tool)).closure < 1e-6
 
 
 def test_repeated_poses_are_no_step():
@@ -287,6 +311,30 @@ def test_a_singularity_that_cannot_be_passed_is_told():
     assert abs(found.gaps[0].start - 20) <= 1
 
 
+def test_what_a_grid_misses_is_looked_for_before_it_is_called_a_collision():
+    robot = kv.load("iiwa14")
+    q = np.array([0.2, 0.5, 0.123, -1.2, 0.3, 0.8, 0.1])
+    T = np.repeat(robot.fk(q)[None], 30, axis=0)
+    T[:, 1, 3] += np.linspace(0.0, 0.1, 30)
+    form = kv.Analytic().fit(robot)
+    at = form.redundancy_at(q[None])[0]
+    assert form.solve_at(T, np.full(30, at)).ok.all()
+
+    def narrow(values):
+        return np.abs(form.redundancy_at(np.ascontiguousarray(values)) - at) < 0.03
+
+    found = track(robot, T, keep=narrow)
+    assert found.is_whole and narrow(found.q).all()
+    check(robot, found)
+    # where nothing is found it says what was looked at, not that there is nothing
+    none = track(robot, T, keep=lambda values: np.zeros(len(values), bool))
+    assert [gap.code for gap in none.gaps] == [Reason.COLLISION]
+    assert "looked at" in none.gaps[0].text
+    arm = kv.load("kr16")
+    none = track(arm, arm.fk(cases.path(arm, 5)), keep=lambda values: np.zeros(len(values), bool))
+    assert none.gaps[0].text == Reason.COLLISION.text
+
+
 def test_what_stands_in_the_way_is_told():
     robot = kv.load("kr16")
     q = cases.path(robot, 50)
@@ -371,6 +419,76 @@ def test_a_solver_object_brings_its_task_and_tolerance():
         track(robot, T, solver=kv.Numerical(), task="planar")
 
 
+@pytest.fixture(scope="module")
+def bent():
+    """A nominal arm, the real one, and the error model between them."""
+    nominal = kv.load("kr16").with_tool(kv.pose([0.05, 0.02, 0.1]))
+    real = nominal.with_base(kv.pose([0.002, 0, 0], rpy=[0, 0.002, 0.001]))
+    q = nominal.random(60, 1)
+    error = calibration.tool_error(nominal, q, real.fk(q)[:, :3, 3])
+    return nominal, real, calibration.GeometricErrorModel(nominal).fit(q, error)
+
+
+def real_errors(real, found):
+    """Position errors of the real tool, by the oracle."""
+    q, T = found.q[found.ok], found.T[found.ok]
+    return np.array(
+        [
+            oracle.errors("position", t, oracle.robot_fk(real, row))[0]
+            for row, t in zip(q, T, strict=True)
+        ]
+    )
+
+
+@pytest.mark.parametrize("inner", [kv.Analytic(windings="all"), kv.Numerical(limits="ignore")])
+def test_of_a_compensated_arm_the_real_tool_is_tracked(bent, inner):
+    nominal, real, model = bent
+    solver = calibration.Compensated(inner, model)
+    T = nominal.fk(cases.path(nominal, 45))
+    found = track(nominal, T, solver=solver)
+    assert found.is_whole and real_errors(real, found).max() < 2e-6
+    assert not solver.is_fitted
+    path = Path.polyline([[0.9, -0.2, 1.1], [0.9, 0.2, 1.2]], orientation=TOOL)
+    found = track(nominal, path, solver=solver, tolerance=1e-4, samples=10)
+    assert found.is_whole and real_errors(real, found).max() < 2e-6
+    assert found.deviation <= 1e-4 and largest_deviation(real, found, path) < 1.02e-4
+
+
+def test_a_compensated_arm_passes_singularities_and_is_kept(bent):
+    nominal, real, model = bent
+    ends = np.radians([[0, -70, 60, 20, 30, 10], [20, -60, 70, 30, -30, 40]])
+    T = real.fk(straight(*ends)(np.linspace(0.0, 1.0, 41)))
+    solver = calibration.Compensated(kv.Analytic(), model)
+    found = track(nominal, T, solver=solver, q_start=ends[0], max_step=0.1)
+    assert found.is_whole and real_errors(real, found).max() < 2e-6
+    turned = track(nominal, T[:10], solver=solver, keep=lambda q: q[:, 5] > np.pi)
+    assert turned.is_whole and (turned.q[:, 5] > np.pi).all()
+    assert real_errors(real, turned).max() < 2e-6
+
+
+def test_what_a_partial_task_costs_does_not_hang_on_where_its_solutions_end(monkeypatch):
+    robot = kv.load("kr16")
+    path = Path.polyline([[0.9, -0.3, 1.1], [0.9, 0.3, 1.3]], orientation=TOOL)
+    spent, follow = [], kv.Numerical.follow
+
+    def counted(solver, T, q_start, rng=None):
+        found = follow(solver, T, q_start, rng)
+        spent.append((found.stats.evaluations.sum(), len(found.q)))
+        return found
+
+    monkeypatch.setattr(kv.Numerical, "follow", counted)
+    for task in ("position", "position_axis"):
+        spent.clear()
+        found = track(robot, path, task=task, samples=200)
+        assert found.is_whole
+        evaluations, solutions = np.sum(spent, axis=0)
+        assert evaluations < 20 * solutions, task
+    # however long the path, so many are followed
+    spent.clear()
+    assert track(robot, path, task="position", samples=30_000).is_whole
+    assert sum(solutions for _, solutions in spent) < 30 * 30_000
+
+
 def test_seven_joints_move_less_with_what_they_have_to_spare():
     robot = kv.load("iiwa14")
     q = cases.path(robot, 60)
@@ -398,6 +516,55 @@ def test_samples_are_added_until_the_tool_stays_near_the_path():
         between = found.q[:-1] + u * np.diff(found.q, axis=0)
         wanted = path(found.s[:-1] + u * np.diff(found.s))
         assert np.linalg.norm((robot.fk(between) - wanted)[:, :3, 3], axis=1).max() < 1.5e-5
+
+
+def largest_deviation(robot, found, path, places=60):
+    """By the oracle, joints moving in straight lines."""
+    share = np.arange(1, places + 1)[:, None] / (places + 1)
+    worst = 0.0
+    for a, b, s, t in zip(found.q, found.q[1:], found.s, found.s[1:], strict=False):
+        wanted = path(s + share[:, 0] * (t - s))
+        reached = [oracle.robot_fk(robot, q)[:3, 3] for q in a + share * (b - a)]
+        worst = max(worst, np.linalg.norm(reached - wanted[:, :3, 3], axis=1).max())
+    return worst
+
+
+TOOL = kv.pose([0, 0, 0], rpy=[0.2, 1.7, 0.3])[:3, :3]
+ZIGZAG = np.column_stack(
+    [np.full(6, 0.9), -0.3 + 0.11 * np.arange(6), 1.1 + 0.05 * np.array([0, 1] * 3)]
+)
+SPIKE = np.array(
+    [[0.9, -0.3, 1.1], [0.9, 0, 1.1], [0.9, 5e-4, 1.12], [0.9, 1e-3, 1.1], [0.9, 0.3, 1.1]]
+)
+
+
+class Unmarked:
+    """A path that does not tell where its corners are."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __call__(self, s):
+        return self.path(np.asarray(s) * self.path.length)
+
+    def sample(self, count):
+        return self(np.linspace(0.0, 1.0, count))
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5])
+@pytest.mark.parametrize("points", [ZIGZAG, SPIKE], ids=["zigzag", "spike"])
+def test_the_deviation_told_holds_at_corners_too(points, tolerance):
+    robot = kv.load("kr16")
+    path = Path.polyline(points, orientation=TOOL)
+    found = track(robot, path, tolerance=tolerance, samples=50)
+    assert found.is_whole and found.deviation <= tolerance
+    # corners are samples
+    assert np.abs(found.s[:, None] - path.breaks).min(axis=0).max() < 1e-9
+    assert largest_deviation(robot, found, path) <= 1.01 * found.deviation
+    unmarked = Unmarked(path)
+    found = track(robot, unmarked, tolerance=tolerance, samples=50)
+    assert found.is_whole and found.deviation <= tolerance
+    assert largest_deviation(robot, found, unmarked) <= 1.04 * found.deviation
 
 
 def test_samples_are_added_where_steps_are_too_large():

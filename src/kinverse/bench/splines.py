@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.bench import cases, oracle
+from kinverse.bench.continuation import continued
 from kinverse.solvers.analytic import Analytic
 from kinverse.solvers.numerical import Numerical
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Follower", "Spline"]
+__all__ = ["TENTH", "Follower", "Nodes", "Spline"]
 
 Array = NDArray[np.float64]
 Nodes = tuple[Array, NDArray[np.int32]]
@@ -21,6 +22,14 @@ Nodes = tuple[Array, NDArray[np.int32]]
 KNOTS = 4
 SPREAD = 0.4
 """Joint values of the knots lie within this of the first one's [rad]."""
+TENTH, ROUNDING = 0.1, 1e-7
+"""What ``track`` promises of a step that changes branches: part of the step, and metres."""
+PIECES = 16
+"""Small steps from one sample to the next."""
+MOST_LED = 0.25
+"""A joint moves no further in one of them [rad]."""
+SAME = 1e-5
+"""Joint values nearer than this are one [rad]: near a singularity poses tell them less exactly."""
 STARTS = 300
 """Starts of the search that looks for what is said not to exist."""
 
@@ -68,7 +77,7 @@ class Follower:
         s: Array,
         limit: float,
         start: Nodes | None = None,
-        any_side: bool = False,
+        led: bool = False,
     ) -> Nodes:
         """The nodes of the last sample that steps of at most ``limit`` lead to.
 
@@ -77,8 +86,7 @@ class Follower:
             s: (N,) its parameter at the samples.
             limit: largest joint step.
             start: nodes of the first sample; None: all of them.
-            any_side: steps may change branches anywhere, not only where the path passes a
-                singularity.
+            led: which steps may change branches, see ``same_side``.
         """
         T = path(s)
         found = self.solver.solve(T)
@@ -87,8 +95,7 @@ class Follower:
         for k, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
             layer = found.q[first:last], found.branch[first:last]
             joined = self.joined((q, branch), layer, limit)
-            if not any_side:
-                joined &= self.same_side(path, s[k : k + 2], (q, branch), layer, joined)
+            joined &= self.same_side(path, s[k : k + 2], (q, branch), layer, joined, led)
             onward = joined.any(axis=1)
             q, branch = layer[0][onward], layer[1][onward]
         return q, branch
@@ -102,23 +109,48 @@ class Follower:
         return near
 
     def same_side(
-        self, path: Spline, s: Array, before: Nodes, behind: Nodes, asked: NDArray[np.bool_]
+        self,
+        path: Spline,
+        s: Array,
+        before: Nodes,
+        behind: Nodes,
+        asked: NDArray[np.bool_],
+        led: bool,
     ) -> NDArray[np.bool_]:
-        """Which of the steps that are asked about keep the branch, or pass a singularity."""
+        """Which of the steps that are asked about keep the branch, or may change it.
+
+        Args:
+            path: the path.
+            s: (2,) its parameter at both samples.
+            before: nodes of the first sample.
+            behind: those of the second.
+            asked: (K behind, K before) steps to look at.
+            led: what may change it. True: what the path itself leads over, in small steps from the
+                joint values before to those behind or on the way back. False: what ``track``
+                promises, that the tool is half-way within a tenth of the step of the path.
+        """
         same = np.asarray(behind[1][:, None] == before[1])
         b, a = np.nonzero(asked & ~same)
-        half = path(np.array([s.mean()]))
-        same[b, a] = self._passes(path(s), half, 0.5 * (behind[0][b] + before[0][a]))
+        if not len(b):
+            return same
+        start, end = before[0][a], behind[0][b]
+        if led:
+            way = path(np.linspace(s[0], s[1], PIECES + 1))[:, None]
+            same[b, a] = self._leads(way[1:], start, end) | self._leads(way[-2::-1], end, start)
+        else:
+            ends, half = path(s), path(np.array([s.mean()]))
+            allowed = TENTH * self.apart(ends[:1], ends[1:]) + ROUNDING
+            same[b, a] = self.apart(half, oracle.pose(self.robot, 0.5 * (start + end))) <= allowed
         return same
 
-    def _passes(self, ends: Array, half: Array, q: Array) -> NDArray[np.bool_]:
-        """Whether the tool is half-way within a tenth of the step of the path."""
-        if not len(q):
-            return np.empty(0, np.bool_)
-        moved, turned = oracle.errors(ends[:1], ends[1:])
-        far, off = oracle.errors(half, oracle.pose(self.robot, q))
-        allowed = max(0.1 * float((moved + self.size * turned)[0]), 1e-7)
-        return np.asarray(far + self.size * off <= allowed)
+    def apart(self, a: Array, b: Array) -> Array:
+        """Distances of poses (K, 4, 4) [m], angles counted with a tenth of the arm's length."""
+        far, off = oracle.errors(a, b)
+        return np.asarray(far + self.size * off)
+
+    def _leads(self, poses: Array, start: Array, end: Array) -> NDArray[np.bool_]:
+        led = continued(self.robot, poses, start, MOST_LED, hold_limits=False)[-1]
+        return np.asarray(np.abs(led - end).max(axis=1) < SAME)
 
     def has_none(self, T: Array) -> bool:
         """Whether a search from 300 starts finds nothing for any pose, limits ignored."""

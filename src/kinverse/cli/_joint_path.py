@@ -3,8 +3,13 @@
 import csv
 import io
 import json
+import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kinverse.cli._show import console, joint_kinds, joint_values
 
@@ -13,16 +18,29 @@ if TYPE_CHECKING:
 
 __all__ = ["Told"]
 
+CLOSED = 1e-6
+"""Joints that end so near their start [rad or m] are back."""
 SHOWN = 20
 """Gaps that are printed; a file gets them all."""
 
 
 @dataclass(frozen=True)
 class Told:
-    """A joint path, ready to print. Rows count from 1, as those of the file of poses do."""
+    """A joint path, ready to print. Rows count from 1, as those of the file of poses do.
+
+    Attributes:
+        joint_path: what was found.
+        degrees: turning joints are told in degrees.
+        metric: what its cost is a sum of.
+        s: (N,) where the samples lie on their path, None if that is not known.
+        unit: of s.
+    """
 
     joint_path: "JointPath"
     degrees: bool
+    metric: str = "max"
+    s: NDArray[np.float64] | None = None
+    unit: str | None = None
 
     @property
     def _angle(self) -> str:
@@ -35,16 +53,18 @@ class Told:
         writer = csv.writer(text, lineterminator="\n")
         units = ["m" if kind == "P" else self._angle for kind in joint_kinds(robot)]
         names = [f"{n}_{u}" for n, u in zip(robot.joint_names, units, strict=True)]
-        writer.writerow(["row", "run", "status", *names, "branch", "label"])
+        place = [] if self.s is None else [f"s_{self.unit}"]
+        writer.writerow(["row", *place, "run", "status", *names, "branch", "label"])
         runs = {i: run for run, ends in enumerate(found.intervals, 1) for i in range(*ends)}
         codes = {i: gap.code.name for gap in found.gaps for i in range(gap.start, gap.end)}
         for i, q in enumerate(found.q):
+            row = [i + 1] if self.s is None else [i + 1, float(self.s[i])]
             if i in runs:
                 branch = int(found.branch[i])
                 values = joint_values(robot, q, self.degrees)
-                writer.writerow([i + 1, runs[i], "TRACKED", *values, branch, self._label(branch)])
+                writer.writerow([*row, runs[i], "TRACKED", *values, branch, self._label(branch)])
             else:
-                writer.writerow([i + 1, "", codes[i], *[""] * (robot.dof + 2)])
+                writer.writerow([*row, "", codes[i], *[""] * (robot.dof + 2)])
         return text.getvalue()
 
     def json(self) -> str:
@@ -53,6 +73,7 @@ class Told:
         rows: list[dict[str, Any]] = [
             {
                 "row": i + 1,
+                "s": None if self.s is None else float(self.s[i]),
                 "q": joint_values(robot, q, self.degrees) if ok else None,
                 "branch": int(branch),
                 "label": self._label(int(branch)),
@@ -64,8 +85,11 @@ class Told:
                 "robot": robot.name,
                 "angle": self._angle,
                 "joint_names": list(robot.joint_names),
+                "metric": self.metric,
                 "cost": found.cost,
                 "largest_step": found.largest_step,
+                "deviation": _number(found.deviation),
+                "closure": _number(found.closure),
                 "runs": [[a + 1, b] for a, b in found.intervals],
                 "gaps": [
                     {"where": where(gap), "reason": gap.code.name, "text": gap.text}
@@ -77,24 +101,62 @@ class Told:
 
     def show(self) -> None:
         """Print how much is tracked, and every gap with its reason."""
-        found, out = self.joint_path, console()
-        out.print(
-            f"{int(found.ok.sum())} of {len(found)} poses tracked in {len(found.intervals)} runs,"
-            f" largest joint step {found.largest_step:.4g}, cost {found.cost:.6g} [rad or m]",
-            markup=False,
-        )
+        found = self.joint_path
+        say = partial(console().print, markup=False, soft_wrap=True)
+        runs = len(found.intervals)
+        text = f"{int(found.ok.sum())} of {len(found)} poses tracked"
+        if runs:
+            steps = [np.abs(np.diff(q, axis=0)).max(axis=0, initial=0.0) for q in found.segments()]
+            text += (
+                f" in {runs} run{'s' * (runs > 1)}, largest joint step"
+                f" {self._joints(np.max(steps, axis=0))}, cost {self._cost()}"
+            )
+        say(text)
+        if runs and not math.isnan(found.deviation):
+            away = f"{1e3 * found.deviation:.3g} mm"
+            say(f"between them the tool is at most {away} from the path")
+        if found.closure > CLOSED:
+            apart = self._joints(np.abs(found.q[-1] - found.q[0]))
+            say(f"the path is closed, the joints end {apart} from their start")
         for gap in found.gaps[:SHOWN]:
-            out.print(f"{where(gap)}: {gap.code.name}: {gap.text}", markup=False)
+            say(f"{where(gap)}: {gap.code.name}: {gap.text}")
         if len(found.gaps) > SHOWN:
-            out.print(f"and {len(found.gaps) - SHOWN} gaps more; --out FILE.json writes them all")
+            say(f"and {len(found.gaps) - SHOWN} gaps more; --out FILE.json writes them all")
+
+    def _joints(self, moved: NDArray[np.float64]) -> str:
+        """The largest of joint movements (n,), turning joints and slides for themselves."""
+        kinds = np.array(list(joint_kinds(self.joint_path.robot)))
+        told = []
+        if (turns := moved[kinds == "R"]).size:
+            scale = 180.0 / math.pi if self.degrees else 1.0
+            told.append(f"{scale * turns.max():.4g} {self._angle}")
+        if (slides := moved[kinds == "P"]).size:
+            told.append(f"{slides.max():.4g} m")
+        return " and ".join(told)
+
+    def _cost(self) -> str:
+        """The cost with its unit, where it has one."""
+        cost, kinds = self.joint_path.cost, set(joint_kinds(self.joint_path.robot))
+        if self.metric == "time":
+            return f"{cost:.4g} s"
+        if kinds == {"R"}:
+            return f"{math.degrees(cost) if self.degrees else cost:.4g} {self._angle}"
+        return f"{cost:.4g}" + (" m" if kinds == {"P"} else " (rad and m added up)")
 
     def _label(self, branch: int) -> str:
         labels = self.joint_path.branch_labels
         return labels[branch] if 0 <= branch < len(labels) else ""
 
 
+def _number(value: float) -> float | None:
+    """JSON has no NaN."""
+    return None if math.isnan(value) else value
+
+
 def where(gap: "Gap") -> str:
     """The rows of a gap in words."""
+    if gap.is_break and gap.start == 0:
+        return "before row 1"
     if gap.is_break:
         return f"between rows {gap.start} and {gap.start + 1}"
     if gap.end == gap.start + 1:

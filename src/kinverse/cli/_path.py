@@ -24,7 +24,9 @@ class Given(NamedTuple):
     path: Path | None = None
 
 
-def given_path(text: str, degrees: bool, task: str, samples: int | None = None) -> Given:
+def given_path(
+    text: str, degrees: bool, task: str, samples: int | None = None, least: int | None = None
+) -> Given:
     """The poses to follow.
 
     Args:
@@ -33,6 +35,8 @@ def given_path(text: str, degrees: bool, task: str, samples: int | None = None) 
         task: what the poses are for; x y z alone do for "position".
         samples: so many, evenly along the path (of a file: straight from pose to pose); None: the
             poses of the file, or those at which the source document samples its path.
+        least: where samples is None: as many as these poses, but at least so many, evenly along
+            the path; None: the poses themselves.
 
     Raises:
         InputError: neither a file nor a name, a file that cannot be used, or too few samples.
@@ -40,9 +44,15 @@ def given_path(text: str, degrees: bool, task: str, samples: int | None = None) 
     """
     if text in path_names():
         path = named_path(text)
-        told = named_samples(text) if samples is None else path.sample(samples)
+        told = named_samples(text)
+        if samples is None and least is not None:
+            samples = max(len(told.T), least)
+        if samples is not None:
+            told = path.sample(samples)
         return Given(told.T, told.s, path)
     poses = _of_file(text, degrees, task)
+    if samples is None and least is not None:
+        samples = max(len(poses.T), least)
     if samples is None:
         return Given(poses.T)
     try:

@@ -34,7 +34,8 @@ class Capsules:
         radii: [m], one number or (L,) for L = moving joints + 1 links.
         spheres: (K, 4) obstacles x, y, z, radius [m] in the base frame.
         floor: height z [m] in the base frame that links stay above; None: no floor.
-        floor_from: first link that the floor is for; those before it may stand in it.
+        floor_from: first link that the floor is for; those before it may stand in it. None: 1, or
+            2 where link 1 stands in it wherever the joints are (its other end is that of link 2).
         self_collision: whether the links are tested against each other.
         margin: distance [m] to keep beyond touching.
 
@@ -56,7 +57,7 @@ class Capsules:
         radii: ArrayLike,
         spheres: ArrayLike | None = None,
         floor: float | None = None,
-        floor_from: int = 1,
+        floor_from: int | None = None,
         self_collision: bool = True,
         margin: float = 0.0,
     ) -> None:
@@ -74,10 +75,14 @@ class Capsules:
             raise InputError(f"spheres must be (K, 4): x, y, z, radius, got {obstacles.shape}")
         self.spheres = obstacles
         self.floor = None if floor is None else float(_finite("floor", floor))
+        self.margin = float(_finite("margin", margin))
+        if floor_from is None:
+            foot = robot.frames[0][2, 3] - self.radii[min(1, links - 1)]
+            stands = self.floor is not None and foot < self.floor + self.margin
+            floor_from = 2 if stands and links > 2 else 1
         if not 0 <= floor_from <= links:
             raise InputError(f"floor_from must lie in 0..{links}, got {floor_from}")
         self.floor_from = int(floor_from)
-        self.margin = float(_finite("margin", margin))
         for name, values in (
             ("radii", self.radii),
             ("spheres", obstacles[:, 3]),

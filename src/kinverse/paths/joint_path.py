@@ -14,6 +14,9 @@ __all__ = ["Gap", "JointPath", "Reason"]
 
 Array = NDArray[np.float64]
 
+SAME_POSE = 1e-6
+"""Poses that differ by less [m, and in the entries of the rotation] are one."""
+
 
 class Reason(IntEnum):
     """Why a path is not followed; ``text`` says it in a sentence.
@@ -51,7 +54,7 @@ class Gap:
     """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
 
     With ``end == start`` no sample is lost: the joints cannot get from sample ``start - 1`` to
-    sample ``start``, both of which are tracked.
+    sample ``start``, both of which are tracked. Before sample 0 the arm is at ``q_start``.
 
     Attributes:
         start: first sample.
@@ -89,8 +92,8 @@ class JointPath:
         gaps: ``Gap`` objects, what lies between these.
         s: (N,) the path's parameter at each sample, None if it has none.
         branch_labels: ``branch_labels[b]`` says in words which branch b is; may be empty.
-        deviation: largest distance [m] of the tool from the path half-way between samples, joints
-            moving in a straight line; NaN if it was not asked for.
+        deviation: largest distance [m] of the tool from the path between samples, joints moving in
+            a straight line and the parameter evenly; NaN if it was not asked for.
 
     Example:
         >>> joint_path = track(robot, T)
@@ -120,8 +123,24 @@ class JointPath:
 
     @property
     def is_whole(self) -> bool:
-        """Whether every sample is tracked without a break."""
+        """Whether every sample is tracked without a break, from ``q_start`` on if it was given."""
         return not self.gaps
+
+    @property
+    def closure(self) -> float:
+        """How far from their start the joints end where the pose does not: NaN on open paths.
+
+        The largest difference of a joint between the last sample and the first [rad or m], whole
+        turns counted: an arm with joints to spare, one that passes a singularity or winds up comes
+        back to the pose otherwise. A pose within 1e-6 [m, and in the entries of the rotation] of
+        the first one is the same; NaN too where one of the two is not tracked.
+
+        Example:
+            >>> track(robot, Path.circle([0.5, 0, 0.5], 0.1)).closure
+        """
+        if not len(self) or np.abs(self.T[-1] - self.T[0]).max() > SAME_POSE:
+            return float("nan")
+        return float(np.abs(self.q[-1] - self.q[0]).max())
 
     @property
     def largest_step(self) -> float:
@@ -143,6 +162,8 @@ class JointPath:
             f" {len(self.intervals)} runs, cost {self.cost:.6g},"
             f" largest step {self.largest_step:.3g}"
         ]
+        if self.closure > SAME_POSE:
+            lines.append(f"the path is closed, the joints end {self.closure:.3g} from their start")
         for gap in self.gaps[:10]:
             where = f"before {gap.start}" if gap.is_break else f"{gap.start}..{gap.end - 1}"
             lines.append(f"{where}: {gap.code.name}, {gap.text}")

@@ -65,21 +65,23 @@ def track(
         robot: the robot.
         path: (N, 4, 4) poses [m] in order; a ``Path``, or what its ``sample`` returns.
         solver: "auto" (closed forms, else searches), or a name or solver as in ``kinverse.solve``.
-            Searches (of any solver but ``Analytic``) find some of the branches only.
+            Searches (of any solver but ``Analytic``) find some of the branches only. With a
+            ``calibration.Compensated`` all is about the real tool: poses, steps that pass a
+            singularity, and what the tolerance is held against.
         metric: what a step costs: "max", its largest joint movement; "l2", the root of the sum of
             squares; "time", the largest movement over ``max_velocity``.
         q_start: (n,) joint values [rad or m] before the path. Where solutions of the first sample
-            are within ``max_step`` of it, the path begins with one of these; the way to the first
-            sample counts in ``cost``.
+            are within ``max_step`` of it, the path begins with one of these, else there is a break
+            before sample 0; the way to the first sample counts in ``cost``.
         keep: predicate, joint values (M, n) to a mask (M,) of those to keep, such as a
             ``collision.Capsules``. It is asked at the samples, not between them.
         max_step: largest step of each joint, a number or (n,) [rad or m], for turning joints below
             3.14; None: 0.5.
         max_velocity: (n,) or a number [rad/s or m/s], for the metric "time".
         task: which part of the poses must hold; a solver object brings its own.
-        tolerance: largest distance [m] of the tool from the path half-way between samples, joints
-            moving in a straight line and the parameter evenly; samples are added until it is kept.
-            It needs a ``Path``: poses say nothing of what is between them.
+        tolerance: largest distance [m] of the tool from the path between samples, joints moving in
+            a straight line and the parameter evenly; samples are added until it is kept, a path's
+            ``breaks`` first. It needs a ``Path``: poses say nothing of what is between them.
         samples: of a ``Path``, at first.
 
     Returns:

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.bench import cases, oracle
+from kinverse.bench.continuation import continued
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread
-from kinverse.bench.splines import Follower, Spline
+from kinverse.bench.splines import TENTH, Follower, Nodes, Spline
 from kinverse.load import load
 from kinverse.paths import Gap, JointPath, Reason, track
+from kinverse.solvers.analytic import Analytic
+from kinverse.solvers.numerical import Numerical
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -30,9 +33,14 @@ SHORT = 7
 SAMPLES = 60
 FINER = 32
 """Samples in the place of one where a break is looked at again."""
-SMALL = 0.1
-"""There, joint steps of this part of the limit lead along any continuous way."""
-
+LED = 8
+"""Steps from one sample to the next where Newton's method follows a path."""
+MOST_LED = 10_000
+"""Postures that it leads at once."""
+POSTURES = 64
+"""Starts for the postures of an arm with a joint to spare."""
+PLACES = 31
+"""Looked at in each step that changes branches."""
 FREE = 2.5
 """How far limits are put out to see whether they are what stops a joint [rad]."""
 
@@ -43,7 +51,7 @@ def tracking(quick: bool) -> list[Line]:
     for name in ARMS[:3]:
         lines.append(_exhaustive(name, 10 if quick else 200))
     for name in ARMS:
-        lines += _splines(name, (2 if name == "iiwa14" else 15) if quick else 1_000)
+        lines += _splines(name, (2 if name == "iiwa14" else 10) if quick else 1_000)
     return lines
 
 
@@ -125,7 +133,7 @@ def _cheapest(follower: Follower, path: Spline, passing: bool) -> tuple[int, flo
         behind = found.q[other], found.branch[other]
         joined = follower.joined(before, behind, LIMIT) & (j == i + 1)
         if passing:
-            joined &= follower.same_side(path, s[[i, j]], before, behind, joined)
+            joined &= follower.same_side(path, s[[i, j]], before, behind, joined, led=False)
         else:
             joined &= behind[1][:, None] == before[1]
         step = np.abs(behind[0][:, None] - before[0]).max(axis=2)
@@ -141,7 +149,7 @@ def _cheapest(follower: Follower, path: Spline, passing: bool) -> tuple[int, flo
 def _splines(name: str, paths: int) -> list[Line]:
     robot = load(name)
     section = f"{paths:,} random splines in the workspace, {SAMPLES} samples"
-    over = wrong = outside = whole = 0
+    over = wrong = outside = 0
     told: Counter[Reason] = Counter()
     held: Counter[Reason] = Counter()
     judge = _Judge(robot)
@@ -150,7 +158,6 @@ def _splines(name: str, paths: int) -> list[Line]:
     seconds = (time.process_time() - start) / paths
     low, high = robot.limits.T
     for seed, joint_path in enumerate(found):
-        whole += joint_path.is_whole
         over += joint_path.largest_step > LIMIT + 1e-12
         q = joint_path.q[joint_path.ok]
         far, turned = oracle.errors(oracle.pose(robot, q), joint_path.T[joint_path.ok])
@@ -160,18 +167,95 @@ def _splines(name: str, paths: int) -> list[Line]:
             told[gap.code] += 1
             held[gap.code] += judge.agrees(gap, joint_path, seed)
     counts = ", ".join(f"{reason.name} {told[reason]}" for reason in Reason if told[reason])
-    note = f"{whole} followed to the end; {1e3 * seconds:.3g} ms of CPU each"
     lines = [
-        Line(
-            section, name, "paths with a step over the limit", Spread.exact(over), 0.0, False, note
-        ),
-        Line(section, name, "paths with a wrong pose", Spread.exact(wrong), 0.0, False),
-        Line(section, name, "paths outside the limits", Spread.exact(outside), 0.0, False),
+        Line(section, name, f"paths with {what}", Spread.exact(count), 0.0, False)
+        for what, count in (
+            ("a step over the limit", over),
+            ("a wrong pose", wrong),
+            ("joint values outside the limits", outside),
+        )
     ]
-    note = f"gaps by reason: {counts or 'none'}; {judge.how}"
+    lines += _followed(section, robot, found, seconds)
+    lines += _changes(section, robot, judge.held, found)
     confirmed = Spread.exact(held.total())
-    lines.append(Line(section, name, "reasons confirmed", confirmed, told.total(), note=note))
+    note = f"gaps by reason: {counts or 'none, nothing to confirm'}; {judge.how}"
+    bound = told.total() or None
+    lines.append(Line(section, name, "reasons confirmed", confirmed, bound, note=note))
     return lines
+
+
+def _followed(section: str, robot: "Robot", found: list[JointPath], seconds: float) -> list[Line]:
+    """Paths followed to the end, against those that Newton's method in small steps follows."""
+    lost = [seed for seed, joint_path in enumerate(found) if not joint_path.is_whole]
+    whole = len(found) - len(lost)
+    more = _led_to_the_end(robot, lost)
+    note = (
+        f"target: and those of the other {len(lost)} that Newton's method follows in {LED} steps a"
+        f" sample from any start; {1e3 * seconds:.3g} ms of CPU each"
+    )
+    what = "paths followed to the end"
+    return [Line(section, robot.name, what, Spread.exact(whole), whole + more, note=note)]
+
+
+def _led_to_the_end(robot: "Robot", seeds: list[int]) -> int:
+    """How many of these paths lead joint values from start to end, no step over the limit."""
+    s = np.linspace(0.0, 1.0, LED * (SAMPLES - 1) + 1)
+    poses = [Spline(robot, seed)(s) for seed in seeds]
+    starts = [_postures(robot, T[0]) for T in poses]
+    path = np.repeat(np.arange(len(seeds)), [len(q) for q in starts])
+    led: set[int] = set()
+    for part in np.array_split(np.arange(len(path)), max(1, len(path) // MOST_LED)):
+        if not len(part):
+            continue
+        live, q = part, np.concatenate(starts)[part]
+        for k in range(SAMPLES - 1):
+            first = LED * k + 1
+            T = np.stack([poses[i][first : first + LED] for i in path[live]], axis=1)
+            end = continued(robot, T, q, 2.0 * LIMIT / LED)[-1]
+            near = np.abs(end - q).max(axis=1) <= LIMIT
+            live, q = live[near], end[near]
+            if not len(live):
+                break
+        led |= set(path[live].tolist())
+    return len(led)
+
+
+def _postures(robot: "Robot", T: Array) -> Array:
+    """Joint values (K, n) that reach a pose: all, or of a continuum those from many starts."""
+    if robot.dof <= 6:
+        return Analytic(windings="all").fit(robot).solve(T).q
+    low, high = robot.limits.T
+    seeds = cases.stream(62, 0).uniform(low, high, (POSTURES, robot.dof))
+    return Numerical(max_starts=1).fit(robot).solve(np.repeat(T[None], POSTURES, 0), seeds).q
+
+
+def _changes(
+    section: str, robot: "Robot", follower: Follower, found: list[JointPath]
+) -> list[Line]:
+    """Steps that change branches: how far the tool is from the path between their samples."""
+    share = np.linspace(0.0, 1.0, PLACES + 2)[1:-1]
+    strays, led = [], 0
+    for seed, joint_path in enumerate(found):
+        path, s = Spline(robot, seed), np.linspace(0.0, 1.0, SAMPLES)
+        for first, last in joint_path.intervals:
+            branch = joint_path.branch[first:last]
+            for k in first + np.flatnonzero(branch[1:] != branch[:-1]):
+                a, b = joint_path.q[k], joint_path.q[k + 1]
+                reached = oracle.pose(robot, a + share[:, None] * (b - a))
+                away = follower.apart(path(s[k] + share * (s[k + 1] - s[k])), reached)
+                step = follower.apart(path(s[k : k + 1]), path(s[k + 1 : k + 2]))
+                strays.append(float(away.max() / step[0]))
+                before, behind = (
+                    (joint_path.q[i : i + 1], joint_path.branch[i : i + 1]) for i in (k, k + 1)
+                )
+                asked = np.ones((1, 1), np.bool_)
+                ends = s[k : k + 2]
+                led += int(follower.same_side(path, ends, before, behind, asked, led=True)[0, 0])
+    if not strays:
+        return []
+    note = f"{len(strays)} steps, {PLACES} places in each; {led} of them the path itself leads over"
+    what = "steps that change branches: the tool's largest distance from the path, in steps"
+    return [Line(section, robot.name, what, Spread.exact(max(strays)), TENTH, False, note)]
 
 
 class _Judge:
@@ -182,8 +266,8 @@ class _Judge:
         self.held = Follower(robot)
         low, high = robot.limits.T
         self.free = Follower(robot.with_limits(np.column_stack([low - FREE, high + FREE])))
-        again = "tracked again" if robot.dof > 6 else "all nodes"
-        self.how = f"searched from 300 starts; breaks: {again} with {FINER} times the samples"
+        nodes = f"{POSTURES} postures led on by Newton's method" if robot.dof > 6 else "all nodes"
+        self.how = f"searched from 300 starts; breaks: {nodes} with {FINER} times the samples"
 
     def agrees(self, gap: Gap, joint_path: JointPath, seed: int) -> bool:
         """Whether a gap is what it says."""
@@ -195,26 +279,37 @@ class _Judge:
                 return not self.held.inside.solve(T).ok.any()
             return self._are_outside(T)
         path = Spline(self.robot, seed)
-        before = [
-            g.barrier + 1 if g.is_break else g.end for g in joint_path.gaps if g.start < gap.start
-        ]
-        first = max(before, default=0)
-        samples = np.arange(first, gap.barrier + 1) / (SAMPLES - 1)
         behind = (gap.barrier + np.linspace(0.0, 1.0, FINER + 1)) / (SAMPLES - 1)
         if self.robot.dof > 6:
-            T = path(np.append(samples, behind[1:]))
-            held = track(self.robot, T).is_whole
-            free = held or track(self.free.robot, T).is_whole
+            held, free = (self._leads(follower.robot, path(behind)) for follower in self.both)
         else:
-            nodes = self.held.reached(path, samples, LIMIT)
-            held = len(self.held.reached(path, behind, LIMIT, nodes)[0]) > 0
-            free = held or len(self.free.reached(path, behind, LIMIT, nodes)[0]) > 0
-            if gap.code is not Reason.STEP:
-                # nor do small steps between any branches lead on
-                held = len(self.held.reached(path, behind, SMALL * LIMIT, nodes, True)[0]) > 0
+            nodes = self._nodes(gap, joint_path, path)
+            held, free = (
+                len(follower.reached(path, behind, LIMIT, nodes, led=True)[0]) > 0
+                for follower in self.both
+            )
         if gap.code is Reason.STEP:
             return held
         return not held and free == (gap.code is Reason.OUT_OF_LIMITS)
+
+    @property
+    def both(self) -> tuple[Follower, Follower]:
+        """Inside the limits, and beyond them."""
+        return self.held, self.free
+
+    def _nodes(self, gap: Gap, joint_path: JointPath, path: Spline) -> Nodes:
+        """The nodes at the barrier that the run before the break can come to."""
+        before = [
+            g.barrier + 1 if g.is_break else g.end for g in joint_path.gaps if g.start < gap.start
+        ]
+        samples = np.arange(max(before, default=0), gap.barrier + 1) / (SAMPLES - 1)
+        return self.held.reached(path, samples, LIMIT)
+
+    @staticmethod
+    def _leads(robot: "Robot", T: Array) -> bool:
+        """Whether poses (K, 4, 4) lead any of many postures to their end."""
+        way = continued(robot, T[1:, None], _postures(robot, T[0]), LIMIT)
+        return bool(np.isfinite(way[-1]).any())
 
     def _are_outside(self, T: Array) -> bool:
         """Every pose has a solution, none inside the limits."""

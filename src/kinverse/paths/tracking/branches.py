@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.errors import InputError, NoClosedForm
-from kinverse.paths.tracking.layers import Layers, tidy
+from kinverse.paths.tracking.layers import Layers
+from kinverse.paths.tracking.measured import MeasuredBranches, is_measured
 from kinverse.paths.tracking.redundancy import RedundantBranches
+from kinverse.paths.tracking.searched import SearchedBranches, follower, sides
 from kinverse.solvers import Solver, make_solver
 from kinverse.solvers.analytic import Analytic
 from kinverse.solvers.closed_form.families import Family
 from kinverse.solvers.numerical import Numerical
 from kinverse.status import Status
-from kinverse.task import as_task
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -24,14 +25,8 @@ __all__ = ["Branches", "branches_of"]
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SEEDS = 24
-"""Starts of a search for the solutions of a sample."""
-ANCHORS = 12
-"""Samples along a path whose solutions are searched for, and followed to both sides."""
 NEAR_LIMIT = 1e-2
 """How far beyond a limit [rad or m] a solution may lie for joint values on it to be tried."""
-FLAT = 1e-9
-"""A determinant below this part of the product of its columns' lengths has no sign."""
 
 
 class Branches(Protocol):
@@ -42,6 +37,11 @@ class Branches(Protocol):
     branch_labels: tuple[str, ...]
     is_complete: bool
     """Nothing is missed, but for the members of a continuum."""
+    is_exhaustive: bool
+    """Of a sample that is not singular every solution is looked at."""
+
+    def fk(self, q: Array) -> Array:
+        """Poses (K, 4, 4) of the tool at joint values (K, n), as the solutions are verified."""
 
     def layers(self, T: Array) -> Layers:
         """The solutions of poses (N, 4, 4)."""
@@ -51,6 +51,9 @@ class Branches(Protocol):
 
     def finer(self, T: Array, q: Array, level: int) -> Layers | None:
         """More of a continuum about q (N, n), closer at each level; None where that is all."""
+
+    def between(self, T: Array, level: int) -> Layers | None:
+        """Solutions between those of ``layers``, closer at each level; None where that is all."""
 
     def on(self, robot: "Robot") -> "Branches":
         """The same for another robot."""
@@ -84,6 +87,12 @@ def _chosen(solver: Solver, robot: "Robot") -> Branches:
     # windings are chosen along the path, and limits are held
     common = {"windings": "nearest", "limits": "hold"}
     solver.set_params(**{k: v for k, v in common.items() if k in solver.get_params()})
+    if is_measured(solver):
+        inner = solver.get_params()["solver"].clone()
+        inner.set_params(**{k: v for k, v in common.items() if k in inner.get_params()})
+        solver.set_params(solver=inner)
+        solver.fit(robot)
+        return MeasuredBranches(solver, _chosen(inner, robot))
     solver.fit(robot)
     return _closed(solver) if isinstance(solver, Analytic) else SearchedBranches(solver)
 
@@ -103,9 +112,13 @@ class ClosedBranches:
         self.task = solver.settings_.task
         self.branch_labels = solver.branch_labels_
         is_general = solver.parallel_arm_ is None and solver.spec_.family is Family.GENERAL_6R
-        self.is_complete = not is_general
+        self.is_complete = self.is_exhaustive = not is_general
         self.has_lasting_branches = not is_general
         self.follower = follower(solver)
+
+    def fk(self, q: Array) -> Array:
+        """Forward kinematics."""
+        return self.robot.fk(q)
 
     def layers(self, T: Array) -> Layers:
         """The solutions of poses (N, 4, 4)."""
@@ -168,118 +181,10 @@ class ClosedBranches:
         """Nothing is between the branches."""
         return None
 
+    def between(self, T: Array, level: int) -> Layers | None:
+        """There is no grid."""
+        return None
+
     def on(self, robot: "Robot") -> "ClosedBranches":
         """The same for another robot."""
         return ClosedBranches(self.solver.clone().fit(robot))
-
-
-class SearchedBranches:
-    """Whatever a search finds at some samples, followed along the path from there."""
-
-    is_complete = False
-
-    def __init__(self, solver: Solver) -> None:
-        self.solver = solver
-        self.robot = solver.robot_
-        self.task = solver.settings_.task
-        self.branch_labels: tuple[str, ...] = ()
-        self.follower = follower(solver)
-
-    def layers(self, T: Array) -> Layers:
-        """What starts all over the limits lead to at some samples, followed to both ends."""
-        anchors = np.unique(np.linspace(0, len(T) - 1, min(ANCHORS, len(T))).round().astype(int))
-        low, high = self.robot.limits.T
-        starts = low + _low_discrepancy(SEEDS, self.robot.dof) * (high - low)
-        found = [self.solver.solve(T[anchors], q_seed=start) for start in starts]
-        first = tidy(
-            self.robot,
-            _layers(
-                len(T),
-                np.concatenate([anchors[s.pose_index] for s in found]),
-                np.concatenate([s.q for s in found]),
-            ),
-        )
-        sample, q = [first.sample], [first.q]
-        for anchor in anchors:
-            for start in first.q[first.sample == anchor]:
-                for where in (np.arange(anchor + 1, len(T)), np.arange(anchor - 1, -1, -1)):
-                    if len(where):
-                        s = self.follower.follow(T[where], start)
-                        sample.append(where[s.pose_index])
-                        q.append(s.q)
-        layers = _layers(len(T), np.concatenate(sample), np.concatenate(q))
-        empty = np.flatnonzero(np.diff(layers.start) == 0)
-        if len(empty):
-            rest = self.solver.solve(T[empty])
-            layers.status[empty] = rest.status
-            layers = layers.with_rows(empty[rest.pose_index], rest.q)
-        layers = tidy(self.robot, layers)
-        layers.side[:] = sides(self.robot, self.task, layers.q)
-        return layers
-
-    def near(self, T: Array, q: Array) -> Layers:
-        """What the nearest joint values lead to."""
-        found = self.follower.solve(T, np.where(np.isnan(q), self.robot.limits.mean(axis=1), q))
-        layers = _layers(len(T), found.pose_index, found.q)
-        layers.status[:] = found.status
-        layers.side[:] = sides(self.robot, self.task, layers.q)
-        return layers
-
-    def finer(self, T: Array, q: Array, level: int) -> Layers | None:
-        """The search ends where it ends."""
-        return None
-
-    def on(self, robot: "Robot") -> "SearchedBranches":
-        """The same for another robot; for one without its limits nothing is trained again."""
-        search = self.follower if self.solver._trains else self.solver
-        return SearchedBranches(search.clone().fit(robot))
-
-
-def follower(solver: Solver) -> Numerical:
-    """What goes on from one solution of a solver to those near it."""
-    settings = solver.settings_
-    return Numerical(
-        task=settings.task,
-        tol_position=settings.tol_position,
-        tol_rotation=settings.tol_rotation,
-    ).fit(solver.robot_)
-
-
-def sides(robot: "Robot", task: str, q: Array) -> NDArray[np.int32]:
-    """The sign of the Jacobian's determinant, 0 or 1; -1 where it vanishes or is not square.
-
-    No continuous motion changes it without meeting a singularity.
-    """
-    kind = as_task(task)
-    if kind.size != robot.dof or not len(q):
-        return np.full(len(q), -1, np.int32)
-    J = kind.constrained(robot.jacobian(q), robot.fk(q))
-    size = np.linalg.norm(J, axis=1)
-    det = np.linalg.det(J / np.maximum(size, 1e-300)[:, None, :])
-    return np.where(np.abs(det) < FLAT, -1, (det > 0.0).astype(int)).astype(np.int32)
-
-
-def _layers(samples: int, sample: Ints, q: Array) -> Layers:
-    """Solutions without branches in any order; a sample without any is NOT_FOUND."""
-    order = np.argsort(sample, kind="stable")
-    count = np.bincount(sample, minlength=samples)
-    unknown = np.full(len(q), -1, np.int32)
-    return Layers(
-        np.ascontiguousarray(q[order]),
-        np.concatenate([[0], np.cumsum(count)]),
-        unknown,
-        unknown.copy(),
-        np.where(count > 0, np.uint8(0), np.uint8(3)),
-        np.zeros(samples, np.bool_),
-        np.zeros(samples, np.int64),
-        np.zeros(len(q), np.bool_),
-    )
-
-
-def _low_discrepancy(count: int, dimensions: int) -> Array:
-    """Points (count, dimensions) spread evenly over the unit cube: the R_n sequence (Roberts)."""
-    root = 1.5
-    for _ in range(64):
-        root = (1.0 + root) ** (1.0 / (dimensions + 1))
-    steps = root ** -np.arange(1.0, dimensions + 1.0)
-    return np.asarray(np.mod(0.5 + np.arange(1, count + 1)[:, None] * steps, 1.0))

@@ -36,6 +36,7 @@ def with_members(branches: "Branches", samples: Samples, layers: Layers, max_ste
     sample: list[Ints] = []
     found: list[Array] = []
     branch: list[NDArray[np.int32]] = []
+    fixed: list[NDArray[np.bool_]] = []
     for first, last in runs:
         for way in (range(first, last), range(last - 1, first - 1, -1)):
             before = way[0] - way.step
@@ -59,10 +60,11 @@ def with_members(branches: "Branches", samples: Samples, layers: Layers, max_ste
                 sample.append(np.full(len(new), k))
                 found.append(members.q[new])
                 branch.append(members.branch[new])
+                fixed.append(members.fixed[new])
     if not sample:
         return layers
-    added = np.concatenate(branch)
-    return layers.with_rows(np.concatenate(sample), np.concatenate(found), added, -1)
+    at, q = np.concatenate(sample), np.concatenate(found)
+    return layers.with_rows(at, q, np.concatenate(branch), -1, np.concatenate(fixed))
 
 
 def _rows(layers: Layers, sample: int) -> Array:

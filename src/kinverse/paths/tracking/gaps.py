@@ -23,6 +23,8 @@ BETWEEN = 32
 """Pieces that the way between two samples is cut into."""
 CONTINUOUS = 0.1
 """Joint steps up to this [rad or m] between the pieces are no jump, however small max_step is."""
+SLACK = 1e-9
+"""A step may be longer than the largest one by this part of it: rounding."""
 JUMP = 10.0
 """A step this many times the path's median step [m, rad] is a jump."""
 
@@ -35,7 +37,7 @@ _OF_STATUS = {
 
 def gaps(problem: Problem, layers: Layers, found: Found) -> tuple[Gap, ...]:
     """The gaps of a way through the layers, in order."""
-    made = _lost(problem, layers, found)
+    made = _lost(problem, layers, found) + _start(problem, found)
     breaks = _breaks(found)
     judge = _Judge(problem)
     for sample, k in breaks:
@@ -44,6 +46,24 @@ def gaps(problem: Problem, layers: Layers, found: Found) -> tuple[Gap, ...]:
         code, text = judge.verdict(f, q, layers.side[rows])
         made.append(Gap(sample, sample, code, text, f))
     return tuple(sorted(made, key=lambda gap: (gap.start, gap.end)))
+
+
+def _start(problem: Problem, found: Found) -> list[Gap]:
+    """The way from ``q_start`` to the first sample, where it is no step."""
+    steps = problem.steps
+    if steps.q_start is None or found.row[0] < 0:
+        return []
+    step = np.abs(found.q[0] - steps.q_start)
+    over = step / steps.max_step
+    j = int(over.argmax())
+    if over[j] <= 1.0 + SLACK:
+        return []
+    unit = "rad" if turning(problem.robot)[j] else "m"
+    text = (
+        f"from q_start to the first sample joint {problem.robot.joint_names[j]!r} moves"
+        f" {step[j]:.3g} {unit}, more than its largest step {steps.max_step[j]:.3g}"
+    )
+    return [Gap(0, 0, Reason.STEP, text)]
 
 
 def _lost(problem: Problem, layers: Layers, found: Found) -> list[Gap]:
@@ -59,8 +79,18 @@ def _lost(problem: Problem, layers: Layers, found: Found) -> list[Gap]:
     for start, end in zip(np.append(0, ends), np.append(ends, count), strict=True):
         if code[start] >= 0:
             reason = Reason(int(code[start]))
-            made.append(Gap(int(start), int(end), reason, reason.text))
+            text = reason.text
+            if reason is Reason.COLLISION and not problem.branches.is_exhaustive:
+                text = _refused(layers.removed[start:end])
+            made.append(Gap(int(start), int(end), reason, text))
     return made
+
+
+def _refused(count: NDArray[np.int64]) -> str:
+    """What is known where not every solution can be looked at."""
+    low, high = int(count.min()), int(count.max())
+    told = f"{low}" if low == high else f"{low} to {high}"
+    return f"every solution that was looked at, {told} a sample, is refused by keep"
 
 
 def _breaks(found: Found) -> list[tuple[int, int]]:
@@ -88,7 +118,8 @@ class _Judge:
             return Reason.STEP, self._step_text(f, where)
         if problem.keep is not None:
             if self._way(replace(problem, keep=None), fine, q, side) is not None:
-                return Reason.COLLISION, f"{where} every way on is refused by keep"
+                looked = "" if problem.branches.is_exhaustive else " that was looked at"
+                return Reason.COLLISION, f"{where} every way on{looked} is refused by keep"
         free = replace(problem, branches=self._free)
         for looser in (free, replace(free, keep=None)):
             found = self._way(looser, fine, q, side)

@@ -14,7 +14,7 @@ from kinverse.ranking import TURN, turning
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Keep", "Layers", "joined", "kept", "short_way", "tidy"]
+__all__ = ["Keep", "Layers", "joined", "kept", "short_way", "tidy", "wound"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -124,8 +124,12 @@ def short_way(robot: "Robot", a: Array, b: Array, fixed: Any = False) -> Array:
 
 
 def tidy(robot: "Robot", layers: Layers) -> Layers:
-    """Without rows that are the same solution of a sample but for rounding and whole turns."""
-    cells = np.where(turning(robot), np.mod(layers.q + SAME, TURN), layers.q) / (8.0 * SAME)
+    """Without rows that are the same solution of a sample but for rounding and whole turns.
+
+    Of rows that are fixed other windings are other solutions.
+    """
+    turns = turning(robot) & ~layers.fixed[:, None]
+    cells = np.where(turns, np.mod(layers.q + SAME, TURN), layers.q) / (8.0 * SAME)
     keys = np.column_stack([layers.sample, np.floor(cells).astype(np.int64)])
     _, first = np.unique(keys, axis=0, return_index=True)
     mask = np.zeros(len(layers.q), np.bool_)
@@ -154,7 +158,11 @@ def kept(robot: "Robot", layers: Layers, keep: Keep | None) -> Layers:
 
 
 def wound(robot: "Robot", layers: Layers) -> Layers:
-    """A row for each winding inside the limits, of rows of which none is fixed."""
+    """A row for each winding inside the limits, of rows that are not fixed."""
+    if layers.fixed.any():
+        free = wound(robot, layers.only(~layers.fixed))
+        held = layers.only(layers.fixed)
+        return held.with_rows(free.sample, free.q, free.branch, free.side, True)
     low, high = np.ascontiguousarray(robot.limits.T)
     turns = turning(robot)
     count = kernels.winding_counts(layers.q, low, high, turns)

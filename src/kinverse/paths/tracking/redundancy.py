@@ -26,6 +26,10 @@ ABOUT = np.array([-1.0, -0.5, 0.5, 1.0])
 """Values about those of a path, in steps of the level before."""
 LEVELS = 6
 """Times the step is halved."""
+BETWEEN_LEVELS = 3
+"""Times the grid is halved where nothing of it may be used: to 512 values on a short path."""
+MOST_BETWEEN = 20_000
+"""Values at all samples together that one such halving may take."""
 
 
 class RedundantBranches:
@@ -33,6 +37,7 @@ class RedundantBranches:
 
     # a grid misses what lies between its values, but the samples beside it have them as well
     is_complete = True
+    is_exhaustive = False
 
     def __init__(self, solver: Analytic) -> None:
         self.solver = solver
@@ -48,6 +53,10 @@ class RedundantBranches:
         else:
             self.low, self.high = self.robot.limits[int(solver.redundancy_ or 0)]
         self.step = (self.high - self.low) / GRID
+
+    def fk(self, q: Array) -> Array:
+        """Forward kinematics."""
+        return self.robot.fk(q)
 
     def layers(self, T: Array) -> Layers:
         """The solutions at all values of the grid; where there is none, what a sweep finds."""
@@ -85,6 +94,14 @@ class RedundantBranches:
         if not self.is_round:
             values = np.clip(values, self.low, self.high)
         return self._at(T, values)
+
+    def between(self, T: Array, level: int) -> Layers | None:
+        """The solutions half-way between the values of the grid, halved ``level`` times before."""
+        count = round((self.high - self.low) / self.step) * 2**level
+        if level >= BETWEEN_LEVELS or count * len(T) > MOST_BETWEEN:
+            return None
+        values = self.low + (self.high - self.low) * (np.arange(count) + 0.5) / count
+        return self._at(T, np.tile(values, (len(T), 1)))
 
     def on(self, robot: "Robot") -> "RedundantBranches":
         """The same for another robot."""

@@ -17,6 +17,8 @@ Ints = NDArray[np.int64]
 
 COUNT = 200
 """Samples of a path where the caller says nothing."""
+SAME_PLACE = 1e-9
+"""Parameters that differ by less than this part of their range are one."""
 AGREES = 1e-6
 """How far [m, and in the entries of the rotation] a path at s may be from its own samples."""
 
@@ -67,6 +69,9 @@ class Samples:
 def as_samples(path: Any, tolerance: float | None, count: int = COUNT) -> Samples:
     """The samples of poses (N, 4, 4), of a ``Path`` or its samples, or of a like object.
 
+    Under a tolerance the places where a path's pieces meet are samples too, if it knows them: its
+    ``breaks``, parameters (K,). What is between two samples is smooth then.
+
     Args:
         path: poses; an object with arrays ``T`` and ``s``; or one whose ``sample(count=count)``
             returns poses (even over s from 0 to 1) or such an object, and that gives the poses
@@ -102,7 +107,19 @@ def as_samples(path: Any, tolerance: float | None, count: int = COUNT) -> Sample
             "tolerance adds samples between the given ones: path must be an object that has"
             " sample() and gives the poses at s when it is called"
         )
+    if tolerance is not None and getattr(path, "breaks", None) is not None:
+        assert s is not None
+        s = _with_breaks(s, se3.as_real(path.breaks, "breaks"))
+        T = _called(path, s)
     return Samples(T, s, call)
+
+
+def _with_breaks(s: Array, breaks: Array) -> Array:
+    """Parameters with those added at which pieces meet."""
+    near = SAME_PLACE * (s[-1] - s[0])
+    inner = breaks[(breaks > s[0] + near) & (breaks < s[-1] - near)]
+    both = np.sort(np.concatenate([s, inner]))
+    return np.asarray(both[np.append(True, np.diff(both) > near)])
 
 
 def _parameters(s: ArrayLike | None, count: int) -> Array:

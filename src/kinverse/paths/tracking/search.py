@@ -1,5 +1,6 @@
 """The cheapest way through the layers of a path, helped over the places where layers lack rows."""
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +21,7 @@ __all__ = ["Found", "Problem", "Steps", "follow"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Fresh = tuple[Ints, Array, NDArray[np.int32], NDArray[np.int32]]
+Fresh = tuple[Ints, Array, NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]
 
 ROUNDS = 200
 """Searches of one path; each but the last has found rows or steps that were missing."""
@@ -96,7 +97,20 @@ class Problem:
         """The solutions of all samples."""
         layers = self.branches.layers(self.samples.T)
         layers = with_members(self.branches, self.samples, layers, self.steps.max_step)
-        return kept(self.robot, layers, self.keep)
+        return self._with_between(kept(self.robot, layers, self.keep))
+
+    def _with_between(self, layers: Layers) -> Layers:
+        """Where ``keep`` refuses all that a grid holds, what is between its values is tried too."""
+        for level in itertools.count():
+            lost = np.flatnonzero((np.diff(layers.start) == 0) & (layers.removed > 0))
+            more = self.branches.between(self.samples.T[lost], level) if len(lost) else None
+            if more is None:
+                break
+            more = kept(self.robot, more, self.keep)
+            layers.removed[lost] += more.removed
+            at = lost[more.sample]
+            layers = layers.with_rows(at, more.q, more.branch, more.side, more.fixed)
+        return layers
 
 
 def follow(problem: Problem, layers: Layers) -> tuple[Layers, Found]:
@@ -186,7 +200,7 @@ def _crossings(problem: Problem, layers: Layers, of: Ints, pairs: Ints) -> Ints:
         sample, a, b = sample[near], a[near], b[near]
     if not len(a):
         return np.empty((0, 2), np.int64)
-    reached = problem.robot.fk(
+    reached = problem.branches.fk(
         layers.q[a] + 0.5 * short_way(problem.robot, layers.q[a], layers.q[b])
     )
     half = problem.samples.at(sample, np.full(len(sample), 0.5))
@@ -212,7 +226,8 @@ def _missing(problem: Problem, layers: Layers, f: int, q: Array) -> list[Fresh]:
         mask &= np.all(np.any(np.abs(apart) > NEW, axis=2), axis=1)
         if mask.any():
             sample = np.full(int(mask.sum()), k)
-            fresh.append((sample, found.q[mask], found.branch[mask], found.side[mask]))
+            rows = found.only(mask)
+            fresh.append((sample, rows.q, rows.branch, rows.side, rows.fixed))
     return fresh
 
 
