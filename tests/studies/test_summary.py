@@ -88,9 +88,8 @@ def test_every_method_of_the_families_has_a_row(rows):
 
 
 def test_the_budget_is_kept(rows):
-    # one polish from each member may come on top of the last search
     spent = [row["evaluations, most"] for row in rows if "reason" not in row]
-    assert max(spent) <= 1.05 * BUDGET
+    assert max(spent) <= BUDGET
     assert "Analytic" in cannot_spend(rows)
 
 
@@ -109,7 +108,7 @@ def _figures(method, lowest, ms, solutions=1.0, arms=2):
         "arms": 2,
         "arms it applies to": arms,
         "solved, %": lowest,
-        "solved, lowest, %": lowest,
+        "solved, lowest of an arm, %": lowest,
         "time a pose, ms": ms,
         "error, m + rad": 0.2,
         "solutions a pose": solutions,
@@ -164,3 +163,10 @@ def test_every_method_is_named_once_beside_its_marker(rows):
         "kr16, pose",
         "kr16, position",
     ]
+
+
+def test_the_lowest_share_is_of_an_arm_over_its_seeds(rows):
+    mine = [dict(row) for row in rows if row["method"] == "Numerical" and row["task"] == "pose"]
+    mine[0]["solved, %"] = 98.0
+    [told] = overall(mine)
+    assert told["solved, lowest of an arm, %"] == pytest.approx((98.0 + 100.0) / 2)

@@ -65,18 +65,18 @@ def _where(situation: str) -> str:
 
 
 def _is_sound(row: Row) -> bool:
-    lowest = row["solved, lowest, %"]
+    lowest = row["solved, lowest of an arm, %"]
     return row["arms it applies to"] == row["arms"] and _float(lowest, 0.0) >= ENOUGH
 
 
 def _told(row: Row) -> str:
-    lowest = _float(row["solved, lowest, %"], 0.0)
+    lowest = _float(row["solved, lowest of an arm, %"], 0.0)
     share = "all" if lowest == 100.0 else f"{lowest:.3g} % or more"
     return f"{share} of the targets solved on every arm, {_time(row)} a pose"
 
 
 def _none(rows: list[Row]) -> str:
-    best = max(rows, key=lambda row: _float(row["solved, lowest, %"], 0.0))
+    best = max(rows, key=lambda row: _float(row["solved, lowest of an arm, %"], 0.0))
     return f"with care {best['method']}: no method solves {ENOUGH:g} % on every arm, it comes next"
 
 

@@ -11,7 +11,9 @@ __all__ = ["ALONE", "BUDGET", "FAMILIES", "METHODS", "NETWORK", "TOLERANCE", "Me
 BUDGET = 20_000
 """Evaluations of forward kinematics a pose, at most."""
 POLISHED = 2_000
-"""Of them, those of one search that a descent follows: nine searches leave room for descents."""
+"""Of them, those of one search that descents follow ..."""
+SEARCHES = 7
+"""... and how often that may be done: the rest of the budget is for the descents."""
 STEPS = {"lm": 60, "newton_raphson": 200, "gauss_newton": 200, "damped_least_squares": 200}
 """Of one start, as ``Numerical`` has them by default; as many starts as the budget pays for."""
 TOLERANCE = 1e-6
@@ -88,8 +90,7 @@ def _swarm(optimizer: str, polish: bool = False) -> Make:
 
         if not polish:
             return Swarm(optimizer=optimizer, polish=False, max_evals=BUDGET, task=task)
-        searches = BUDGET // POLISHED - 1
-        return Swarm(optimizer=optimizer, max_evals=POLISHED, max_searches=searches, task=task)
+        return Swarm(optimizer=optimizer, max_evals=POLISHED, max_searches=SEARCHES, task=task)
 
     return make
 

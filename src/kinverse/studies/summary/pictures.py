@@ -38,7 +38,7 @@ def time_against_error(rows: list[Row], enough: float) -> "Figure":
     points = [(_ms(row), _error(row)) for row in shown]
     for row, (x, y) in zip(shown, points, strict=True):
         colour, marker = STYLES[str(row["family"])]
-        sound = _number(row["solved, lowest, %"], 0.0) >= enough
+        sound = _number(row["solved, lowest of an arm, %"], 0.0) >= enough
         axes.loglog(
             x, y, marker, color=colour, mfc=colour if sound else "white", ms=8, mew=1.4, zorder=3
         )
