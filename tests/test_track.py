@@ -35,6 +35,22 @@ def straight(start, end):
     return lambda s: start + s[:, None] * (end - start)
 
 
+class Motion:
+    """The path of a tool that joint values lead, known between its samples too."""
+
+    def __init__(self, fk, q, aside=0.0):
+        self.fk, self.q, self.aside = fk, q, aside
+
+    def __call__(self, s):
+        T = self.fk(self.q(s))
+        tilt = kv.pose([0, 0, 0], rpy=[0, self.aside, 0])[:3, :3]
+        T[:, :3, :3] = tilt @ T[:, :3, :3]
+        return T
+
+    def sample(self, count):
+        return self(np.linspace(0.0, 1.0, count))
+
+
 def check(robot, found, limit=0.5, away=0.0):
     """What holds of every answer."""
     low, high = robot.limits.T
@@ -311,6 +327,36 @@ def test_a_singularity_that_cannot_be_passed_is_told():
     assert abs(found.gaps[0].start - 20) <= 1
 
 
+THROUGH = np.radians([[0, -70, 60, 20, 30, 10], [20, -60, 70, 30, -30, 40]])
+"""Joint 5 passes zero, between two samples if their number is even."""
+
+
+@pytest.mark.parametrize("count", [20, 40, 200])
+def test_a_path_through_a_singularity_leads_to_the_other_branch(count):
+    robot = kv.load("kr16")
+    motion = Motion(robot.fk, straight(*THROUGH))
+    found = track(robot, motion, q_start=THROUGH[0], samples=count)
+    check(robot, found, away=1e-9)
+    assert found.is_whole and len(set(found.branch)) == 2
+    assert np.abs(found.q - motion.q(np.linspace(0, 1, count))).max() < 1e-6
+    # poses alone leave open what is between them
+    poses = track(robot, motion.sample(count), q_start=THROUGH[0])
+    assert np.abs(poses.q - found.q).max() < 1e-6
+
+
+def test_a_path_past_a_singularity_changes_no_branch():
+    robot = kv.load("kr16")
+    # half a degree aside: between its samples joint 4 would have to turn half round
+    motion = Motion(robot.fk, straight(*THROUGH), aside=np.radians(0.5))
+    found = track(robot, motion, q_start=THROUGH[0], samples=20)
+    assert [gap.code for gap in found.gaps if gap.is_break] == [Reason.STEP]
+    assert all(len(set(found.branch[a:b])) == 1 for a, b in found.intervals)
+    # the joints' own way leads the tool past it some millimetres off, which may be allowed
+    near = track(robot, motion, q_start=found.q[0], samples=20, tolerance=0.02)
+    assert near.is_whole and len(set(near.branch)) == 2
+    assert 0.0 < near.deviation <= 0.02
+
+
 def test_what_a_grid_misses_is_looked_for_before_it_is_called_a_collision():
     robot = kv.load("iiwa14")
     q = np.array([0.2, 0.5, 0.123, -1.2, 0.3, 0.8, 0.1])
@@ -461,6 +507,9 @@ def test_a_compensated_arm_passes_singularities_and_is_kept(bent):
     solver = calibration.Compensated(kv.Analytic(), model)
     found = track(nominal, T, solver=solver, q_start=ends[0], max_step=0.1)
     assert found.is_whole and real_errors(real, found).max() < 2e-6
+    modelled = Motion(solver.clone().fit(nominal).real_fk, straight(*ends))
+    between = track(nominal, modelled, solver=solver, q_start=ends[0], samples=40)
+    assert between.is_whole and len(set(between.branch)) == 2
     turned = track(nominal, T[:10], solver=solver, keep=lambda q: q[:, 5] > np.pi)
     assert turned.is_whole and (turned.q[:, 5] > np.pi).all()
     assert real_errors(real, turned).max() < 2e-6

@@ -180,7 +180,7 @@ def test_the_tool_force_is_what_balances_the_torques(robot):
     driven = simulate(robot, times(21), q, control="prescribed")
     k = len(held.t) // 2
     wrench = np.linalg.solve(robot.jacobian(held.q[k]).T, driven.torque[k])
-    assert -held.constraint_force[k, :3] == pytest.approx(wrench[:3], rel=0.02)
+    assert held.constraint_force[k, :3] == pytest.approx(wrench[:3], rel=0.02)
 
 
 def test_without_the_simulator_the_cell_names_the_command(monkeypatch):

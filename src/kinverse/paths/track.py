@@ -12,9 +12,10 @@ from kinverse.paths.joint_path import JointPath
 from kinverse.paths.tracking.branches import branches_of
 from kinverse.paths.tracking.gaps import gaps
 from kinverse.paths.tracking.layers import Keep, Layers, kept
+from kinverse.paths.tracking.problem import Problem, Steps
 from kinverse.paths.tracking.refine import refined
 from kinverse.paths.tracking.samples import COUNT, as_samples
-from kinverse.paths.tracking.search import Found, Problem, Steps, follow
+from kinverse.paths.tracking.search import Found, follow
 from kinverse.ranking import turning
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers import Solver
@@ -51,11 +52,12 @@ def track(
     Every solution of every sample, with all windings inside the limits, is a node; steps join
     nodes of neighbouring samples whose joints are at most ``max_step`` apart and which lie on the
     same side of the singularities (on the same branch, in closed forms). Only where every way
-    breaks may a step change sides, and only if the path itself passes the singularity there:
-    half-way the tool must be within a tenth of the step of the path. Dynamic programming in the
-    native core (Bellman 1957; for redundant arms over a grid of the free parameter, made finer
-    about the best way: Shin & McKay 1986) finds the way with fewest breaks, of these the one with
-    the least sum of ``metric``.
+    breaks may a step change sides, and only if the path itself leads over: followed closer and
+    closer, to a part in 8,000 of the step, no joint has to move aside; of poses, if half-way the
+    tool is no further from their chord than an arc through them; or within ``tolerance``. Dynamic
+    programming in the native core (Bellman 1957; for redundant arms over a grid of the free
+    parameter, made finer about the best way: Shin & McKay 1986) finds the way with fewest breaks,
+    of these the one with the least sum of ``metric``.
 
     Samples without a solution, and breaks, are gaps with reasons; all else is tracked. A break is
     explained by what would remove it: samples in between, a predicate or limits not heeded; if
@@ -108,7 +110,7 @@ def track(
     _check_windings(robot)
     steps = _steps(robot, metric, max_step, max_velocity, q_start)
     poses = as_samples(path, tolerance, samples)
-    problem = Problem(branches_of(robot, solver, task), poses, steps, keep)
+    problem = Problem(branches_of(robot, solver, task), poses, steps, keep, tolerance or 0.0)
     layers, found = _followed(problem, problem.layers())
     deviation = float("nan")
     if tolerance is not None:

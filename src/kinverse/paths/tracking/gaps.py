@@ -10,8 +10,9 @@ from kinverse import se3
 from kinverse.paths.joint_path import Gap, Reason
 from kinverse.paths.tracking.branches import Branches
 from kinverse.paths.tracking.layers import Layers
+from kinverse.paths.tracking.problem import Problem
 from kinverse.paths.tracking.samples import Samples
-from kinverse.paths.tracking.search import Found, Problem, follow
+from kinverse.paths.tracking.search import Found, follow
 from kinverse.ranking import TURN, turning
 from kinverse.status import Status
 

@@ -96,8 +96,7 @@ def _moved(path: str, source: str, q: Array, drive: str) -> list[Row]:
     run = simulate(robot, times(len(q)), q, drive=drive)
     wanted = line(line.length * blend(run.t / SECONDS))
     away, turned = judge.errors(wanted, run.T)
-    # the constraint's force has the other sign than the force on the tool
-    force = joint_forces(robot, run.t, run.q, -run.constraint_force[:, :3])
+    force = joint_forces(robot, run.t, run.q, run.constraint_force[:, :3])
     head: Row = {"path": path, "joint values": source, "drive": drive}
     motion: Row = {
         **head,
