@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import default_links, named_samples
-from kinverse.studies import judge
 from kinverse.studies.data import printed
 from kinverse.studies.masajedi2013 import STUDY, equations, error_models, motion_tables
 from kinverse.studies.masajedi2013.bees import bees_along, bees_near, colony, every_branch

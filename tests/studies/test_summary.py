@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kinverse as kv
-from kinverse.studies import judge
+from kinverse import judge
 from kinverse.studies.summary import STUDY
 from kinverse.studies.summary.answers import answer
 from kinverse.studies.summary.arms import CASES, SITUATIONS, situation_of

@@ -3,8 +3,8 @@
 import numpy as np
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import named_samples
-from kinverse.studies import judge
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
 from kinverse.studies.masajedi2013.closed_form import EQUATIONS, eight, measured

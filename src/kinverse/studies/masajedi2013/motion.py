@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import JointCurve, deviation, named_path, named_samples, simulate
 from kinverse.paths.links import default_links
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.masajedi2013.bees import bees_along, bees_near
 from kinverse.studies.masajedi2013.branches import ROBOT, branches_along

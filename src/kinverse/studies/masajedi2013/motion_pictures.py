@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import JointCurve, named_path, named_samples
 from kinverse.plots import new_figure
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.branches import ROBOT, branches_along

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solutions import Solutions
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.summary.arms import situation_of
 from kinverse.studies.summary.methods import METHODS, NETWORK, TOLERANCE, Method
