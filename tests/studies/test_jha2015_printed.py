@@ -1,6 +1,7 @@
 """What holds of the numbers that the thesis prints: positions and flags."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -197,3 +198,9 @@ def test_free_lengths_find_an_arm_that_is_there():
         for A in position_matrices(q).reshape(7776, -1, 15)[:, : p.size]
     ]
     assert min(off) < 1e-9 and np.median(off) > 0.1
+
+
+def test_tables_come_in_the_order_of_the_thesis():
+    names = [spec.name for spec in load_study("jha2015").tables]
+    numbers = [int(found[1]) for name in names if (found := re.match(r"7\.(\d+)", name))]
+    assert numbers == sorted(numbers) and len(names) == len(set(names))

@@ -5,13 +5,13 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
 from kinverse.studies.jha2015.swarm.cells import (
-    LEAST_POPULATION,
     LIMITS,
     POPULATIONS,
     answers_of,
     curves_of,
     numbers,
     within,
+    works_with,
 )
 from kinverse.studies.jha2015.swarm.pictures import convergence_picture
 from kinverse.studies.table import Table, Verdict
@@ -29,7 +29,7 @@ def population_table(task: ArmTask, cells: CellRows) -> Table:
         curves: dict[int, dict[str, list[Row]]] = {}
         for population in POPULATIONS:
             for algorithm in ALGORITHMS:
-                if population < LEAST_POPULATION.get(algorithm, 1):
+                if not works_with(algorithm, population):
                     continue
                 curve = curves_of(cells, task, name, algorithm, population)
                 curves.setdefault(population, {})[algorithm] = curve
@@ -59,6 +59,6 @@ def population_table(task: ArmTask, cells: CellRows) -> Table:
         f"least median f {best[column]:.3g} {task.unit}: {best['algorithm']} with population"
         f" {best['population']}",
         "The same number of evaluations for every population. Over the positions in reach, or all"
-        " if none is. CIBO needs six members or more.",
+        " if none is. CIBO has no row for three: its swarms have more than five crabs each.",
         tuple(pictures),
     )
