@@ -1,10 +1,14 @@
 """Document 004: its networks, their real errors, and what no network can undercut."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from kinverse import studies
 from kinverse.studies.jha2015 import networks
 from kinverse.studies.jha2015.networks import hybrid
+from kinverse.studies.jha2015.networks.configurations import configuration_rows
 from kinverse.studies.jha2015.networks.sets import (
     CONFIGURATIONS,
     draw,
@@ -13,7 +17,10 @@ from kinverse.studies.jha2015.networks.sets import (
     quartiles,
 )
 from kinverse.studies.jha2015.networks.training import train_network
+from kinverse.studies.registry import choose_tables, load_study
 from kinverse.studies.table import Verdict
+
+FILE = Path(studies.__file__).parent / "jha2015" / "data" / "table_7_3.csv"
 
 
 def specs():
@@ -174,3 +181,28 @@ def test_times_say_what_is_not_legible():
     assert len(table.rows) == 44 and table.residual.startswith(f"{len(lost)} of 44")
     assert all(row["legibility of the printed"] for row in lost)
     assert {row["network"] for row in lost} == {"MLPGWO", "MLPTLBO"}
+
+
+def test_settings_are_taken_as_printed_but_for_what_contradicts():
+    rows = configuration_rows()
+    counts = {row["setting"]: row["taken or counted"] for row in rows if row["table"] == "7.5"}
+    assert counts["Number of nodes"] == 734 and counts["Total number of parameters"] == 406
+    other = {(row["table"], row["setting"]) for row in rows if not row["the same"]}
+    swapped = {(t, f"{s} datasets") for t in ("7.2", "7.8") for s in ("Training", "Testing")}
+    more = {("7.16", "Target datasets"), ("7.19", "Target datasets")}
+    assert other == {*swapped, *more, ("7.19", "Number of output")}
+
+
+def test_the_pairs_of_table_7_3_do_not_correlate_as_table_7_4_says():
+    told = np.loadtxt(FILE, delimiter=",", skiprows=1, usecols=range(2, 10))
+    table = specs()["7.3"].build(rows_of("7.3"))
+    for k, row in enumerate(table.rows):
+        r = np.corrcoef(told[:, k], told[:, 4 + k])[0, 1]
+        assert row["their correlation"] == pytest.approx(r) and r < 0.8
+    assert table.verdict is Verdict.NOT_REPRODUCED
+
+
+def test_tables_answer_to_what_they_cover():
+    study = load_study("jha2015")
+    for name, told in (("7.9", "7.2"), ("fig-7.4", "fig-7.1"), ("7.32", "7.41"), ("7.3", "7.3")):
+        assert [spec.name for spec in choose_tables(study, [name])] == [told]

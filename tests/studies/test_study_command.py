@@ -83,7 +83,7 @@ def test_ctrl_c_says_that_nothing_is_lost(capsys, tmp_path, toy):
     ("words", "told"),
     [
         (["nobody"], "there is no study 'nobody'; there are"),
-        (["jha2015", "--table", "9.9"], "jha2015 has no table '9.9'; it has fig-7.1, 7.1, 7.4"),
+        (["jha2015", "--table", "9.9"], "jha2015 has no table '9.9'; it has fig-7.1, 7.1, 7.2"),
         (["all", "--table", "7.7"], "of which study"),
         (["--table", "7.7"], "--table needs a study"),
         (["jha2015", "--jobs", "0"], "--jobs"),

@@ -60,9 +60,11 @@ class TableSpec:
         title: one line, with the source (document, table or figure).
         cells: the cells for ``quick`` or not; those of several tables may be equal.
         build: rows of each cell, by the cell's name, to the table; cheap.
+        covers: other tables and figures of the document that are in it; it answers to these too.
     """
 
     name: str
     title: str
     cells: Callable[[bool], list[Cell]]
     build: Callable[[dict[str, list[Row]]], Table]
+    covers: tuple[str, ...] = ()

@@ -24,7 +24,7 @@ from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["TABLES"]
+__all__ = ["TABLES", "errors_of", "named_cells"]
 
 HIDDEN = "10-10"
 """Two hidden layers are printed, their units are not."""
@@ -48,7 +48,8 @@ def _name(arm: str, label: str) -> str:
     return f"network-named-{arm}-{network.replace(':', '-')}-{'text' if as_text else 'table'}"
 
 
-def _cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
+def named_cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
+    """The trainings of an arm's networks, and the least errors of any function."""
     each = CONFIGURATIONS[arm]
     cells = []
     for label in labels:
@@ -76,7 +77,8 @@ def _cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
     return [*cells, floor_cell(each.geometry, quick)]
 
 
-def _errors(cells: dict[str, list[Row]], arm: str, label: str, output: str) -> list[Row]:
+def errors_of(cells: dict[str, list[Row]], arm: str, label: str, output: str) -> list[Row]:
+    """The errors of an output, a row for each seed."""
     rows = cells[_name(arm, label)]
     return [row for row in rows if row["kind"] == "error" and row["output"] == output]
 
@@ -92,7 +94,7 @@ def _regression(cells: dict[str, list[Row]]) -> Table:
     above = 0
     for label in labels:
         for k, name in enumerate(output_names(each.geometry)):
-            mine = _errors(cells, arm, label, name)
+            mine = errors_of(cells, arm, label, name)
             r, trained = quartiles(mine, "r_test"), quartiles(mine, "r_training")
             mse = quartiles(mine, "test")
             most = _best_r(floors[name])
@@ -188,8 +190,8 @@ def _compare(table: str, cells: dict[str, list[Row]]) -> Table:
         values = told.numbers([columns[kind]])[:, 0].tolist()
         for k, name in enumerate(output_names(each.geometry)):
             floor = floors[name]
-            mse = quartiles(_errors(cells, arm, label, name), "test")
-            trained = quartiles(_errors(cells, arm, label, name), "training")
+            mse = quartiles(errors_of(cells, arm, label, name), "test")
+            trained = quartiles(errors_of(cells, arm, label, name), "training")
             if label in ("MLP", "ANFIS, bells, order 0") and floor.scaled is not None:
                 compared += 1
                 below += values[k] < floor.scaled
@@ -228,19 +230,20 @@ TABLES: tuple[TableSpec, ...] = (
     TableSpec(
         "7.4",
         "Regression of the perceptron on the SCARA arm, table 7.4",
-        partial(_cells, "SCARA", ("MLP", "MLP, rows exchanged")),
+        partial(named_cells, "SCARA", ("MLP", "MLP, rows exchanged")),
         _regression,
+        covers=("fig-7.10",),
     ),
     TableSpec(
         "7.6",
-        "Perceptron and ANFIS on the SCARA arm, tables 7.2, 7.5, 7.6",
-        partial(_cells, "SCARA", _ALL),
+        "Perceptron and ANFIS on the SCARA arm, table 7.6",
+        partial(named_cells, "SCARA", _ALL),
         partial(_compare, "7.6"),
     ),
     TableSpec(
         "7.10",
-        "Perceptron and ANFIS on the 5R arm, tables 7.8 to 7.10",
-        partial(_cells, "Pioneer2_5R", _ALL),
+        "Perceptron and ANFIS on the 5R arm, table 7.10",
+        partial(named_cells, "Pioneer2_5R", _ALL),
         partial(_compare, "7.10"),
     ),
 )

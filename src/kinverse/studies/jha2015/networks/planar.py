@@ -171,5 +171,11 @@ def _epochs(cells: dict[str, list[Row]]) -> "Figure":
 
 
 TABLES: tuple[TableSpec, ...] = (
-    TableSpec("fig-7.1", "Networks on the planar 3R arm, figures 7.1 to 7.5", planar_cells, _build),
+    TableSpec(
+        "fig-7.1",
+        "Networks on the planar 3R arm, figures 7.1 to 7.5",
+        planar_cells,
+        _build,
+        covers=("fig-7.2", "fig-7.3", "fig-7.4", "fig-7.5"),
+    ),
 )
