@@ -15,6 +15,7 @@ from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.branches import branches_along, largest_step
 from kinverse.studies.masajedi2013.closed_form import EQUATIONS, eight, measured
 from kinverse.studies.masajedi2013.motion import (
+    BY_ITSELF,
     SECONDS,
     blend,
     interpolated,
@@ -22,6 +23,7 @@ from kinverse.studies.masajedi2013.motion import (
     moved,
     times,
 )
+from kinverse.studies.masajedi2013.motion_tables import _median, _range
 from kinverse.studies.masajedi2013.parameters import points_a_step
 from kinverse.studies.masajedi2013.real_arm import NOISE, WORLDS, real_arm
 from kinverse.studies.table import Verdict
@@ -265,3 +267,17 @@ def test_tables_and_pictures_are_made(name):
 def test_simulated_tables_and_pictures_are_made(name):
     pytest.importorskip("mujoco")
     test_tables_and_pictures_are_made(name)
+
+
+def test_values_that_jump_out_of_the_limits_make_no_motion():
+    pytest.importorskip("mujoco")
+    [row] = [row for row in moved(PATHS[0], BY_ITSELF[0], 302) if row["drive"] == "joints"]
+    assert row["kind"] == "motion" and not row["ran to the end"]
+    assert "limits" in str(row["reason"]) and row["error, largest, mm"] is None
+
+
+def test_errors_that_are_not_known_are_not_zero():
+    rows = [{"error, largest, mm": value} for value in (None, 3.0, 5.0)]
+    assert _range(rows) == "3 to 5 mm, no motion in 1 of 3"
+    assert _range(rows[:1]) == "unknown, no motion in 1 of 1"
+    assert _median(rows, "error, largest, mm") == 4.0
