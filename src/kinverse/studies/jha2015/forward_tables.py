@@ -10,6 +10,7 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.arms import source
 from kinverse.studies.jha2015.forward_kinematics import CASES, Case
+from kinverse.studies.jha2015.geometries import METRES
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -77,7 +78,8 @@ def _holds(row: Row) -> bool:
 
 
 def _middle(reading: Rows) -> float:
-    return median(_number(row, "distance") for row in reading)
+    """Median distance [m]: readings in different units are compared as lengths."""
+    return METRES[str(reading[0]["unit"])] * median(_number(row, "distance") for row in reading)
 
 
 def _axes(row: Row) -> list[str]:

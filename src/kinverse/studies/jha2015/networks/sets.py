@@ -99,10 +99,19 @@ CONFIGURATIONS = {
 }
 
 
-def draw(name: str, count: int, seed: int) -> tuple[Array, Array]:
-    """Positions (count, 3) [m], of the planar arm (count, 2), and joints uniform in the limits."""
+def draw(name: str, count: int, seed: int, swept: bool = False) -> tuple[Array, Array]:
+    """Positions (count, 3) [m], of the planar arm (count, 2), and joints (count, n).
+
+    The joints are uniform in the limits; swept: all go through their ranges together, on even
+    grids, in random order.
+    """
     robot = geometry(name)
-    q = robot.random(count, np.random.default_rng(DATA_SEED + seed))
+    rng = np.random.default_rng(DATA_SEED + seed)
+    if swept:
+        low, high = robot.limits.T
+        q = low + rng.permutation(np.linspace(0.0, 1.0, count))[:, None] * (high - low)
+    else:
+        q = robot.random(count, rng)
     position = robot.fk(q)[:, :3, 3]
     return (position[:, :2] if name == "planar3r" else position), q
 
