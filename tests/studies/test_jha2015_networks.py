@@ -126,7 +126,7 @@ def test_printed_zeros_and_tiny_errors_are_as_many_as_in_the_errata(arm):
 def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
     rows = rows_of("7.11")
     table = specs()["7.11"].build(rows)
-    assert table.verdict is Verdict.NOT_REPRODUCED
+    assert table.verdict is Verdict.CANNOT_CHECK
     assert [row["joint"] for row in table.rows[::2]] == ["theta1", "theta2", "d3", "theta4"]
     assert [row["hidden"] for row in table.rows[:2]] == [4, 30]
     assert table.rows[0]["MLPBP printed"] == pytest.approx(9.89e-3)
@@ -138,7 +138,11 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
         for wide in [{"theta1": 240, "theta2": 260, "theta4": 360}.get(output)]
         if wide
     )
-    assert table.residual.startswith(f"{below} of 150 ")
+    assert f"; {below} of 150 of turning joints" in table.residual
+    # what learns its rows by heart is below any such bound: it is held against fresh rows only
+    learned = specs()["7.11-training"].build(rows)
+    assert "below what any function" not in learned.residual
+    assert not [name for name in learned.rows[0] if "least" in name]
     summary = specs()["7.11-summary"].build(rows)
     assert summary.rows[-1]["network"] == "ANFIS" and summary.rows[-1]["hidden"] is None
     [picture] = summary.pictures
@@ -152,7 +156,7 @@ def test_planar_networks_stay_above_the_floor():
     assert len(table.rows) == 8 * 3
     assert "10 of the 10 rows" in table.note
     for row in table.rows:
-        least = row["least of any function of X, Y [rad^2]"]
+        least = row["least of any function of X, Y, fresh rows [rad^2]"]
         assert row["test mse, median [rad^2]"] > 0.8 * least
     assert len(table.pictures[0].draw().axes) == 9
     assert table.pictures[1].draw().axes

@@ -204,3 +204,13 @@ def test_tables_come_in_the_order_of_the_thesis():
     names = [spec.name for spec in load_study("jha2015").tables]
     numbers = [int(found[1]) for name in names if (found := re.match(r"7\.(\d+)", name))]
     assert numbers == sorted(numbers) and len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("name", ["7.14", "7.20", "7.30", "7.35"])
+def test_readings_in_other_units_are_compared_as_lengths(tables, name):
+    # read as cm their numbers are smaller and the positions farther off: the arms reach 1 m
+    assert "X printed, mm" in tables[name].rows[0] and "cm" in tables[name].note
+
+
+def test_a_row_with_another_sign_stands_in_the_residual(tables):
+    assert "row 6 with the opposite sign of Y" in tables["7.7"].residual

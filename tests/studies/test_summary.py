@@ -105,6 +105,7 @@ def _figures(method, lowest, ms, solutions=1.0, arms=2):
     return {
         "situation": "redundant",
         "method": method,
+        "call": f"kv.{method}()",
         "arms": 2,
         "arms it applies to": arms,
         "solved, %": lowest,
@@ -124,10 +125,15 @@ def test_the_answer_follows_the_figures():
         _figures("de", 40.0, 5.0),
         _figures(NETWORK, 0.0, 1e-3),
     ]
-    told = answer("redundant", rows)
+    told = answer("redundant", rows, ["panda"])
+    assert told["call"] == "kv.Sound()" and told["arms"] == "panda"
     assert told["use"] == "Sound" and told["for every branch"] == "Slow"
     assert "99.5 % or more" in told["answer"] and "10 us" in told["answer"]
     assert "de solves most" in told["answer"]
+    # who gives no more than one solution is next by its time like all others
+    many = [_figures("First", 100.0, 1e-3), _figures("Next", 100.0, 2e-3, solutions=1.2)]
+    third = _figures("Third", 100.0, 3e-3)
+    assert "next Next" in answer("redundant", [*many, third, *rows[4:]])["answer"]
     nothing = answer("redundant", [rows[0], rows[4], rows[5]])
     assert nothing["use"] is None and "Quick" in nothing["answer"]
 
@@ -170,3 +176,20 @@ def test_the_lowest_share_is_of_an_arm_over_its_seeds(rows):
     mine[0]["solved, %"] = 98.0
     [told] = overall(mine)
     assert told["solved, lowest of an arm, %"] == pytest.approx((98.0 + 100.0) / 2)
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_what_is_called_is_what_is_made(method):
+    made = method.make(method.tasks[0], 1, False)
+    called = eval(method.call, {"kv": kv})
+    assert type(called) is type(made)
+    for name in ("method", "optimizer", "polish", "fallback"):
+        assert called.get_params().get(name) == made.get_params().get(name)
+
+
+def test_a_median_of_two_arms_is_between_them(rows):
+    mine = next(dict(row) for row in rows if row["method"] == "Numerical" and row["task"] == "pose")
+    pair = [mine | {"arm": arm, "seconds a pose": t} for arm, t in (("a", 1e-6), ("b", 3e-6))]
+    [row] = overall(pair)
+    assert row["time a pose, ms"] == pytest.approx(2e-3)
+    assert row["targets an arm"] == mine["targets"] and row["seeds"] == 1

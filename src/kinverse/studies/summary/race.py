@@ -39,7 +39,13 @@ def race(
     """A row for each method of a family; what does not apply says why."""
     robot = kv.load(arm)
     T = targets_of(robot, target_seed, targets)
-    head: Row = {"arm": arm, "task": task, "situation": situation_of(robot, task)}
+    head: Row = {
+        "arm": arm,
+        "task": task,
+        "situation": situation_of(robot, task),
+        "seed of targets": target_seed,
+        "targets": targets,
+    }
     rows: list[Row] = []
     for method in METHODS:
         if method.family == family and task in method.tasks:

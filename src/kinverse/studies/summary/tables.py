@@ -7,7 +7,7 @@ import numpy as np
 
 from kinverse.studies.cell import Row
 from kinverse.studies.summary.arms import SITUATIONS
-from kinverse.studies.summary.methods import BUDGET
+from kinverse.studies.summary.methods import BUDGET, CALLS
 
 __all__ = ["by_arm", "by_situation", "cannot_spend", "overall"]
 
@@ -75,8 +75,11 @@ def _overview(group: list[Row], situation: Any) -> Row:
         "situation": situation,
         "method": group[0]["method"],
         "family": group[0]["family"],
+        "call": CALLS[str(group[0]["method"])],
         "arms it applies to": len(solved),
         "arms": len(cases),
+        "targets an arm": int(str(group[0]["targets"])),
+        "seeds": len({row["seed of targets"] for row in group}),
         **_spread(done, "solved, %", "solved", " %"),
         "solved, lowest of an arm, %": _lowest(done),
         "error, m + rad": _scaled(done, "error, median"),
@@ -112,10 +115,9 @@ def _spread(rows: list[Row], column: str, name: str, unit: str, scale: float = 1
     else:
         # an error that has no bound counts as the greatest
         filled = np.array(values + [np.inf] * gone) * scale
-        low, middle, high = (
-            float(x) if np.isfinite(x) else None
-            for x in np.percentile(filled, [25, 50, 75], method="nearest")
-        )
+        with np.errstate(invalid="ignore"):  # between two errors without a bound
+            quartiles = np.percentile(filled, [25, 50, 75])
+        low, middle, high = (float(x) if np.isfinite(x) else None for x in quartiles)
     return {f"{name},{unit}": middle, f"{name}, quartiles,{unit}": _pair(low, high)}
 
 
