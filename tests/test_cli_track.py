@@ -262,3 +262,75 @@ def test_bad_files_are_refused(capsys, arm, tmp_path):
     assert code == 2 and "row 2" in err
     code, _, err = run(capsys, "track", "kr16", tmp_path / "missing.csv")
     assert code == 2 and "no such file" in err
+
+
+def test_degrees_are_told_everywhere(capsys, arm, whole, tmp_path):
+    argv = ["track", "kr16", whole, "--json", "--max-step", 0.01]
+    rad = json.loads(run(capsys, *argv)[1])
+    deg = json.loads(run(capsys, *argv[:-1], np.degrees(0.01), "--degrees")[1])
+    assert rad["units"] == ["rad"] * 6 and deg["units"] == ["deg"] * 6
+    assert (rad["cost_unit"], deg["cost_unit"]) == ("rad", "deg")
+    assert deg["cost"] == pytest.approx(np.degrees(rad["cost"]))
+    assert deg["largest_step"] == pytest.approx(np.degrees(rad["largest_step"]))
+    assert len(deg["gaps"]) == len(rad["gaps"]) > 0
+    for told, unit in ((rad, "rad"), (deg, "deg")):
+        other = {"rad": " deg", "deg": " rad"}[unit]
+        texts = [gap["text"] for gap in told["gaps"]]
+        assert all(f" {unit}, which" in text and other not in text for text in texts)
+    # a slide stays in metres
+    scara = kv.load("adept_one")
+    path = written(tmp_path / "scara.csv", scara.fk(cases.path(scara, 9)))
+    argv = ["track", "adept_one", path, "--task", "schoenflies", "--degrees", "--json"]
+    told = json.loads(run(capsys, *argv)[1])
+    assert told["units"] == ["deg", "deg", "m", "deg"]
+    assert told["largest_step"] == pytest.approx(
+        np.abs(np.diff([r["q"] for r in told["rows"]], axis=0)).max(axis=0)
+    )
+    assert told["cost_unit"] == "(rad and m added up)"
+
+
+def test_a_message_counts_rows_alone(capsys, arm, whole, tmp_path):
+    said = run(capsys, "track", "kr16", whole, "--max-step", 0.01)[1]
+    assert re.search(r"between rows (\d+) and (\d+): STEP: from row \1 to row \2 ", said)
+    assert "sample 0" not in said and "sample 1" not in said
+    found = kv.paths.track(arm, arm.fk(cases.path(arm, 30)), max_step=0.01)
+    assert re.match(r"from sample \d+ to sample \d+ the pose moves", found.gaps[0].text)
+
+
+def test_a_file_in_millimetres_is_told(capsys, arm, tmp_path):
+    T = arm.fk(cases.path(arm, 9))
+    T[:, :3, 3] *= 1e3
+    code, said, err = run(capsys, "track", "kr16", written(tmp_path / "mm.csv", T))
+    assert code == 1 and "OUT_OF_REACH" in said
+    assert "read as metres" in err and '"x [mm]"' in err
+    T[:, :3, 3] /= 1e3
+    T[:, 0, 3] += 100.0  # far off, and a thousandth of it is no pose of the arm's either
+    T[-1, 0, 3] = 1e5
+    assert "metres" not in run(capsys, "track", "kr16", written(tmp_path / "far.csv", T))[2]
+
+
+def test_a_gap_out_of_reach_says_how_far(capsys, arm, whole, tmp_path):
+    T = arm.fk(cases.path(arm, 30))
+    T[10:13, :3, 3] *= 3.0 / np.linalg.norm(T[10:13, :3, 3], axis=1)[:, None]
+    said = run(capsys, "track", "kr16", written(tmp_path / "far.csv", T), "--degrees")[1]
+    told = re.search(r"OUT_OF_REACH: out of reach; .* miss it by up to ([\d.]+) m", said)
+    # the links end to end are 2.44 m
+    assert told and 3.0 - 2.44 < float(told[1]) < 1.2
+
+
+def test_semicolons_are_read(capsys, whole, tmp_path):
+    text = whole.read_text()
+    other = tmp_path / "semicolons.csv"
+    other.write_text(text.replace(",", ";"))
+    assert run(capsys, "track", "kr16", other) == run(capsys, "track", "kr16", whole)
+    other.write_text(text.replace(",", ";").replace(".", ","))
+    code, _, err = run(capsys, "track", "kr16", other)
+    assert code == 2 and "row 1" in err and "decimals with a point" in err
+    other.write_text(text.replace(",", ";", 2))
+    code, _, err = run(capsys, "track", "kr16", other)
+    assert code == 2 and "commas and semicolons" in err
+
+
+def test_units_of_files_are_in_the_help(capsys):
+    words = " ".join(run(capsys, "track", "--help")[1].replace("│", " ").split())
+    assert "in m and rad (with --degrees deg)" in words and '"x [mm]"' in words

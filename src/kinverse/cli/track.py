@@ -104,6 +104,7 @@ def track(
     least = None if tolerance is None else LEAST_SAMPLES
     given = _path.given_path(path, degrees, task, samples, least)
     arm = kv.load(robot, base=base, tip=tip)
+    _path.remark_unit(arm, given.T)
     turns = np.array([kind == "R" for kind in joint_kinds(arm)])
     scale = np.where(turns & degrees, np.pi / 180.0, 1.0)
     start = None

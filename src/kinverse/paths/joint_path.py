@@ -1,5 +1,7 @@
 """The answer to one path: joint values, where they are continuous, and why not elsewhere."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Gap", "JointPath", "Reason"]
+__all__ = ["Angle", "Gap", "JointPath", "Reason", "SampleNumber"]
 
 Array = NDArray[np.float64]
 
@@ -49,6 +51,14 @@ _TEXTS = (
 )
 
 
+class Angle(float):
+    """An angle [rad] in the words of a gap, told in the unit that is asked for."""
+
+
+class SampleNumber(int):
+    """A sample in the words of a gap, counted from 0."""
+
+
 @dataclass(frozen=True, slots=True)
 class Gap:
     """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
@@ -60,7 +70,7 @@ class Gap:
         start: first sample.
         end: behind the last sample.
         code: a ``Reason``.
-        text: the reason in words, with its numbers.
+        words: the reason in words, with its numbers: a text, or parts of one.
         barrier: of a break, the last sample that the run before could have come to; -1 else. The
             run may end earlier, where it is cheaper to go over to the next.
     """
@@ -68,13 +78,35 @@ class Gap:
     start: int
     end: int
     code: Reason
-    text: str
+    words: Sequence[str | Angle | SampleNumber]
     barrier: int = -1
+
+    @property
+    def text(self) -> str:
+        """The reason in words, with its numbers: angles in rad, samples counted from 0."""
+        return self.told()
+
+    def told(self, degrees: bool = False, rows: bool = False) -> str:
+        """The same, if wanted with angles in degrees and with samples as rows, counted from 1.
+
+        Example:
+            >>> Gap(0, 0, Reason.STEP, ("joint 'a' moves ", Angle(0.5))).told(degrees=True)
+            "joint 'a' moves 28.6 deg"
+        """
+        return "".join(_told(part, degrees, rows) for part in self.words)
 
     @property
     def is_break(self) -> bool:
         """Whether the gap lies between two samples that are both tracked."""
         return self.start == self.end
+
+
+def _told(part: str | Angle | SampleNumber, degrees: bool, rows: bool) -> str:
+    if isinstance(part, Angle):
+        return f"{math.degrees(part):.3g} deg" if degrees else f"{part:.3g} rad"
+    if isinstance(part, SampleNumber):
+        return f"row {part + 1}" if rows else f"sample {int(part)}"
+    return part
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.errors import InputError, MissingExtra, NoSolution
+from kinverse.paths.checks import as_joint_limits
 from kinverse.paths.joint_curve import JointCurve
-from kinverse.robot import LIMIT_SLACK, Robot
 
-__all__ = ["State", "Trajectory", "point_to_point", "retime"]
+__all__ = ["State", "Trajectory", "retime"]
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,10 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     if not isinstance(curve, JointCurve):
         raise InputError(f"curve must be a JointCurve, got {type(curve).__name__}")
     n = curve.values.shape[1]
-    fast, strong = _limits(velocity, n, "velocity"), _limits(acceleration, n, "acceleration")
+    fast, strong = (
+        as_joint_limits(velocity, n, "velocity"),
+        as_joint_limits(acceleration, n, "acceleration"),
+    )
     if np.ptp(curve.values, axis=0).max() == 0.0:
         raise InputError("the curve does not move: there is nothing to time")
     try:
@@ -140,60 +143,6 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     slower = max(1.0, _most_used(motion, fast, strong))
     motion = _Along(curve, grid, np.maximum(speed, 0.0) / slower)
     return Trajectory(float(motion.times[-1]), motion)
-
-
-def point_to_point(
-    robot: Robot,
-    q_start: ArrayLike,
-    q_end: ArrayLike,
-    velocity: ArrayLike,
-    acceleration: ArrayLike,
-    jerk: ArrayLike,
-) -> Trajectory:
-    """The fastest motion from rest to rest that keeps three limits; all joints end together.
-
-    Berscheid & Kroeger 2021 (the package ruckig). No joint leaves the range between its two ends.
-
-    Args:
-        robot: the arm, whose joint limits must hold both ends.
-        q_start: (n,) [rad or m].
-        q_end: (n,) [rad or m].
-        velocity: limit, one number or (n,) [rad/s or m/s].
-        acceleration: likewise, per s^2.
-        jerk: likewise, per s^3.
-
-    Raises:
-        InputError: limits that are not positive, ends outside the joint limits, or the same.
-        NoSolution: no motion was found.
-        MissingExtra: ruckig is not installed.
-
-    Example:
-        >>> point_to_point(robot, q_a, q_b, velocity=2, acceleration=8, jerk=80).duration
-    """
-    start, end = _inside(robot, q_start, "q_start"), _inside(robot, q_end, "q_end")
-    if np.array_equal(start, end):
-        raise InputError("q_start and q_end are the same: there is nothing to move")
-    n = robot.dof
-    limits = [
-        _limits(value, n, name)
-        for value, name in ((velocity, "velocity"), (acceleration, "acceleration"), (jerk, "jerk"))
-    ]
-    try:
-        import ruckig
-    except ModuleNotFoundError as error:
-        raise MissingExtra("a motion with limited jerk", "paths") from error
-    asked = ruckig.InputParameter(n)
-    asked.current_position, asked.target_position = start.tolist(), end.tolist()
-    asked.max_velocity, asked.max_acceleration, asked.max_jerk = (row.tolist() for row in limits)
-    answer = ruckig.Trajectory(n)
-    try:
-        result = ruckig.Ruckig(n).calculate(asked, answer)
-    except ruckig.RuckigError as error:
-        raise NoSolution(f"ruckig found no motion: {error}") from error
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise NoSolution(f"ruckig found no motion: {result.name}")
-    rows = [_phases(profile) for profile in answer.profiles[0]]
-    return Trajectory(float(answer.duration), _Phases(*map(np.array, zip(*rows, strict=True))))
 
 
 # ---------------------------------------------------------------------------- motions
@@ -291,73 +240,3 @@ class _Geometry:
         first, last = self.curve.s[0], self.curve.s[-1]
         values = self.curve(first + np.asarray(share) * (last - first), order)
         return np.asarray(values * (last - first) ** order)
-
-
-@dataclass(frozen=True, eq=False)
-class _Phases:
-    """Constant jerk in phases, joint by joint.
-
-    Attributes:
-        start: (n, 8) time at which each phase begins.
-        q: (n, 8) there, and likewise velocity and acceleration.
-        jerk: (n, 8), zero in the last, in which the joint rests.
-    """
-
-    start: Array
-    q: Array
-    velocity: Array
-    acceleration: Array
-    jerk: Array
-
-    def __call__(self, t: Array) -> State:
-        # the phase of each joint (N, n): the last that has begun
-        phase = (self.start[None] <= t[:, None, None]).sum(axis=2) - 1
-        joint = np.arange(len(self.start))
-        past = t[:, None] - self.start[joint, phase]
-        q, v = self.q[joint, phase], self.velocity[joint, phase]
-        a, j = self.acceleration[joint, phase], self.jerk[joint, phase]
-        return State(
-            q + past * (v + past * (a / 2.0 + past * j / 6.0)),
-            v + past * (a + past * j / 2.0),
-            a + past * j,
-        )
-
-
-def _phases(profile: Any) -> tuple[Array, ...]:
-    """Start times, values, speeds, accelerations and jerks (8,) of the phases of one joint."""
-    start = np.concatenate([[0.0], np.cumsum(profile.t)])
-    q, velocity, acceleration = (np.array(row) for row in (profile.p, profile.v, profile.a))
-    # the joint rests in the last phase, and exactly where it is to go
-    q[-1], velocity[-1], acceleration[-1] = profile.pf, 0.0, 0.0
-    return start, q, velocity, acceleration, np.append(profile.j, 0.0)
-
-
-def _limits(value: ArrayLike, n: int, name: str) -> Array:
-    """Positive limits (n,) from one number or n."""
-    array = se3.as_real(value, name)
-    if array.shape not in ((), (n,)):
-        raise InputError(f"{name} must be one number or ({n},), got {array.shape}")
-    limits = np.broadcast_to(array, (n,)).astype(np.float64)
-    bad = ~((limits > 0.0) & (limits <= 1e9))
-    if bad.any():
-        joint = int(np.argmax(bad))
-        raise InputError(
-            f"{name} must be positive and finite, got {limits[joint]:g} for joint {joint}"
-            " (counted from 0)"
-        )
-    return limits
-
-
-def _inside(robot: Robot, value: ArrayLike, name: str) -> Array:
-    q = se3.as_joints(value, robot.dof, name)
-    if q.ndim != 1:
-        raise InputError(f"{name} must have shape ({robot.dof},), got {q.shape}")
-    low, high = robot.limits.T
-    out = (q < low - LIMIT_SLACK) | (q > high + LIMIT_SLACK)
-    if out.any():
-        j = int(np.argmax(out))
-        raise InputError(
-            f"{name}: joint {robot.joint_names[j]!r} is at {q[j]:g}, outside its limits"
-            f" {low[j]:g} to {high[j]:g}"
-        )
-    return q
