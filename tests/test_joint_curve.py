@@ -3,6 +3,8 @@
 import pickle
 import sys
 
+import re
+
 import numpy as np
 import pytest
 
@@ -362,6 +364,13 @@ NAN = np.where(np.arange(9)[:, None] == 4, np.nan, Q)
 def test_bad_input_is_named(call, says):
     with pytest.raises(kv.InputError, match=says):
         call()
+
+
+def test_a_deviation_is_printed_in_a_line(robot):
+    T, s = named_samples("masajedi_straight")
+    q = kv.Numerical().fit(robot).follow(T, kv.solve(robot, T[0]).q[0]).q
+    told = repr(deviation(robot, JointCurve(s, q), named_path("masajedi_straight")))
+    assert re.fullmatch(r"Deviation: [\d.e-]+ m, [\d.e-]+ rad at most, at s = .*21 samples", told)
 
 
 @pytest.mark.parametrize(

@@ -172,6 +172,41 @@ def test_a_closed_path_says_how_far_from_their_start_the_joints_end():
     assert track(arm, Path.circle([0.9, 0, 1.1], 0.1, orientation=tool)).closure < 1e-6
 
 
+@pytest.mark.parametrize("is_kept", [False, True])
+@pytest.mark.parametrize("name", ["ur5", "kr16"])
+def test_without_a_start_a_path_begins_nearest_the_middle(name, is_kept):
+    robot = kv.load(name)
+    low, high = robot.limits.T
+    turn = 2.0 * np.pi
+    odd = 0
+    for seed in range(8):
+        T = Spline(robot, 700 + seed).sample(30)
+        found = track(robot, T, keep=(lambda q: np.ones(len(q), bool)) if is_kept else None)
+        check(robot, found)
+        for q in found.segments():
+            # other whole turns of a joint are nearer the middle only where limits are left
+            for sign in (-turn, turn):
+                inside = ((q + sign >= low) & (q + sign <= high)).all(axis=0)
+                middle = 0.5 * (low + high)
+                nearer = np.abs(q[0] + sign - middle) < np.abs(q[0] - middle) - 1e-9
+                assert not (inside & nearer).any()
+                odd += int(inside.any())
+        # a start that is given is kept
+        away = np.array([turn if low[0] < -4.0 else 0.0, 0, 0, 0, 0, 0])
+        for start in (found.q[0] - away, found.q[0] + away):
+            if found.ok[0] and ((start >= low) & (start <= high)).all():
+                assert np.abs(track(robot, T, q_start=start).q[0] - start).max() < 1e-6
+    assert odd
+
+
+def test_turns_that_a_predicate_refuses_are_left():
+    robot = kv.load("ur5")
+    path = Path.circle([0.4, 0.1, 0.3], 0.1, orientation=kv.pose(rpy=[3.1, 0, 0])[:3, :3])
+    assert track(robot, path, samples=60).q[0, 0] > 0.0
+    found = track(robot, path, samples=60, keep=lambda q: q[:, 0] < 0.0)
+    assert found.is_whole and (found.q[:, 0] < 0.0).all()
+
+
 def test_repeated_poses_are_no_step():
     robot = kv.load("ur5")
     T = np.repeat(robot.fk(cases.path(robot, 5)), 3, axis=0)

@@ -12,6 +12,7 @@ from kinverse.paths.joint_path import JointPath
 from kinverse.paths.tracking.branches import branches_of
 from kinverse.paths.tracking.gaps import gaps
 from kinverse.paths.tracking.layers import Keep, Layers, kept
+from kinverse.paths.tracking.middle import nearest_middle
 from kinverse.paths.tracking.refine import refined
 from kinverse.paths.tracking.samples import COUNT, as_samples
 from kinverse.paths.tracking.search import Found, Problem, Steps, follow
@@ -55,7 +56,8 @@ def track(
     half-way the tool must be within a tenth of the step of the path. Dynamic programming in the
     native core (Bellman 1957; for redundant arms over a grid of the free parameter, made finer
     about the best way: Shin & McKay 1986) finds the way with fewest breaks, of these the one with
-    the least sum of ``metric``.
+    the least sum of ``metric``. Without ``q_start`` it begins nearest the middle of the limits, of
+    all that differ by whole turns.
 
     Samples without a solution, and breaks, are gaps with reasons; all else is tracked. A break is
     explained by what would remove it: samples in between, a predicate or limits not heeded; if
@@ -113,7 +115,7 @@ def track(
     deviation = float("nan")
     if tolerance is not None:
         problem, layers, found, deviation = refined(problem, layers, found, tolerance, _followed)
-    return _joint_path(problem, layers, found, deviation)
+    return _joint_path(problem, layers, nearest_middle(problem, layers, found), deviation)
 
 
 def _followed(problem: Problem, layers: Layers) -> tuple[Layers, Found]:
