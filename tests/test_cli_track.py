@@ -334,3 +334,20 @@ def test_semicolons_are_read(capsys, whole, tmp_path):
 def test_units_of_files_are_in_the_help(capsys):
     words = " ".join(run(capsys, "track", "--help")[1].replace("│", " ").split())
     assert "in m and rad (with --degrees deg)" in words and '"x [mm]"' in words
+
+
+def test_a_path_is_closed_if_that_is_asked_for(capsys, tmp_path):
+    tool = kv.pose(rpy=[3.1, 0, 0])[:3, :3]
+    T = Path.circle([0.4, 0.2, 0.5], 0.15, orientation=tool).sample(60).T
+    ring = written(tmp_path / "ring.csv", T)
+    code, said, _ = run(capsys, "track", "panda", ring)
+    assert code == 0 and re.search(r"closed, the joints end [\d.]+ rad from their start", said)
+    code, said, _ = run(capsys, "track", "panda", ring, "--closed")
+    assert code == 0 and "closed, and the joints end where they begin" in said
+    turn = kv.load("kr16").fk(
+        [[0, -1.2, 1, 0.3, 0.7, v] for v in np.linspace(-3, 2 * np.pi - 3, 60)]
+    )
+    code, said, _ = run(capsys, "track", "kr16", written(tmp_path / "turn.csv", turn), "--closed")
+    assert code == 1 and "from the last row to the first: NOT_CLOSED: joint 'joint6' ends" in said
+    code, _, err = run(capsys, "track", "panda", written(tmp_path / "arc.csv", T[:40]), "--closed")
+    assert code == 2 and "closed asks for a path that ends with its first pose" in err

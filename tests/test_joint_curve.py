@@ -1,9 +1,8 @@
 """Joint curves and motions in time: orders of convergence, tolerances and limits kept."""
 
 import pickle
-import sys
-
 import re
+import sys
 
 import numpy as np
 import pytest

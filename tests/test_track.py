@@ -207,6 +207,46 @@ def test_turns_that_a_predicate_refuses_are_left():
     assert found.is_whole and (found.q[:, 0] < 0.0).all()
 
 
+@pytest.mark.parametrize("tolerance", [None, 1e-4])
+@pytest.mark.parametrize("name", ["panda", "ur5"])
+def test_a_closed_path_ends_where_it_begins(name, tolerance):
+    robot = kv.load(name)
+    ring = Path.circle([0.4, 0.2, 0.5], 0.15, orientation=kv.pose(rpy=[3.1, 0, 0])[:3, :3])
+    found = track(robot, ring, samples=60, tolerance=tolerance, closed=True)
+    check(robot, found)
+    assert found.is_whole and found.closure < 1e-9
+    if tolerance is None:
+        free = track(robot, ring, samples=60)
+        assert free.closure > 0.01 or name == "ur5"
+        # where an arm can be: the way there begins within a step of it
+        start = free.q[-1]
+        there = track(robot, ring, samples=60, q_start=start, closed=True)
+        assert there.is_whole and there.closure < 1e-9
+        assert np.abs(there.q[0] - start).max() <= 0.5
+    else:
+        assert found.deviation <= tolerance
+
+
+def test_a_path_that_winds_up_says_that_it_is_not_closed():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 20, 40, -170], [0, -70, 60, 20, 40, 190]])
+    path = Curve(robot, straight(*ends))
+    found = track(robot, path, samples=60, closed=True)
+    assert found.ok.all() and not found.is_whole and found.closure == pytest.approx(2 * np.pi)
+    (gap,) = found.gaps
+    assert (gap.start, gap.end, gap.code) == (60, 60, Reason.NOT_CLOSED)
+    assert gap.told(degrees=True).startswith("joint 'joint6' ends 360 deg from where it begins; of")
+    assert track(robot, path, samples=60).is_whole
+    with pytest.raises(InputError, match=r"ends .* m and .* rad from it"):
+        track(robot, Curve(robot, straight(ends[0], 0.9 * ends[1])), closed=True)
+    # over a gap no way back is looked for, and none is claimed
+    T = path.sample(60)
+    T[30, 0, 3] += 9.0
+    broken = track(robot, T, closed=True)
+    assert [g.code for g in broken.gaps] == [Reason.OUT_OF_REACH, Reason.NOT_CLOSED]
+    assert "looked" not in broken.gaps[-1].text
+
+
 def test_repeated_poses_are_no_step():
     robot = kv.load("ur5")
     T = np.repeat(robot.fk(cases.path(robot, 5)), 3, axis=0)

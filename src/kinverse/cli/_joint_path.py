@@ -127,7 +127,9 @@ class Told:
         if runs and not math.isnan(found.deviation):
             away = f"{1e3 * found.deviation:.3g} mm"
             say(f"between them the tool is at most {away} from the path")
-        if found.closure > CLOSED:
+        if found.closure <= CLOSED:
+            say("the path is closed, and the joints end where they begin")
+        elif found.closure > CLOSED:
             apart = self._joints(np.abs(found.q[-1] - found.q[0]))
             say(f"the path is closed, the joints end {apart} from their start")
         for gap in found.gaps[:SHOWN]:
@@ -176,6 +178,8 @@ def _number(value: float) -> float | None:
 
 def where(gap: "Gap") -> str:
     """The rows of a gap in words."""
+    if gap.code.name == "NOT_CLOSED":
+        return "from the last row to the first"
     if gap.is_break and gap.start == 0:
         return "before row 1"
     if gap.is_break:

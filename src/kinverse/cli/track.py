@@ -72,6 +72,9 @@ def track(
     q_start: Annotated[
         str | None, typer.Option("--q-start", help="Joint values before the path.")
     ] = None,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="The joints are to end where they begin.")
+    ] = False,
     degrees: Degrees = False,
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write to this .csv or .json file.")] = None,
@@ -122,6 +125,7 @@ def track(
         task=task,
         tolerance=tolerance,
         samples=len(given.T),
+        closed=closed,
     )
     s = found.s if found.s is not None else given.s
     unit = None if given.path is None else given.path.unit

@@ -34,6 +34,7 @@ class Reason(IntEnum):
     COLLISION = 3
     STEP = 4
     SINGULARITY = 5
+    NOT_CLOSED = 6
 
     @property
     def text(self) -> str:
@@ -48,6 +49,7 @@ _TEXTS = (
     "every solution is refused by keep",
     "the samples lie too far apart for the largest joint step",
     "the branch ends at a singularity, and no other continues it",
+    "the joints do not end where they begin",
 )
 
 
@@ -64,7 +66,8 @@ class Gap:
     """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
 
     With ``end == start`` no sample is lost: the joints cannot get from sample ``start - 1`` to
-    sample ``start``, both of which are tracked. Before sample 0 the arm is at ``q_start``.
+    sample ``start``, both of which are tracked. Before sample 0 the arm is at ``q_start``; where a
+    path is to be closed, the first sample comes behind the last.
 
     Attributes:
         start: first sample.
@@ -198,6 +201,8 @@ class JointPath:
             lines.append(f"the path is closed, the joints end {self.closure:.3g} from their start")
         for gap in self.gaps[:10]:
             where = f"before {gap.start}" if gap.is_break else f"{gap.start}..{gap.end - 1}"
+            if gap.code is Reason.NOT_CLOSED:
+                where = "at the end"
             lines.append(f"{where}: {gap.code.name}, {gap.text}")
         if len(self.gaps) > 10:
             lines.append(f"and {len(self.gaps) - 10} gaps more")
