@@ -1,6 +1,7 @@
 """``kinverse track``: what it writes, refuses and returns."""
 
 import csv
+import dataclasses
 import json
 import re
 
@@ -10,7 +11,9 @@ import pytest
 import kinverse as kv
 import oracle
 from kinverse.bench import cases
-from kinverse.cli import main
+from kinverse.cli import _joint_path, main
+from kinverse.cli._joint_curve import Joined
+from kinverse.cli._motion import TimedPath
 from kinverse.paths import Path, named_samples
 
 ARM = """kind = "dh"
@@ -200,7 +203,15 @@ def test_a_start_out_of_reach_is_told(capsys, arm, whole):
 @pytest.mark.parametrize(
     "options, said",
     [
-        (["--metric", "time"], "--max-velocity goes with --metric time"),
+        (["--metric", "time"], "--metric time needs --max-velocity"),
+        (["--max-acceleration", "4"], "--max-acceleration goes with --max-velocity"),
+        (["--max-velocity", "1", "--max-acceleration", "0"], "--max-acceleration must be positive"),
+        (["--rate", "100"], "--rate goes with --max-acceleration"),
+        (
+            ["--max-velocity", "1", "--max-acceleration", "4", "--rate", "0", "--out", "a.csv"],
+            "rate must be positive",
+        ),
+        (["--max-velocity", "1", "--max-acceleration", "4", "--out", "a.json"], "end in .csv"),
         (["--max-velocity", "1"], "--max-velocity goes with --metric time"),
         (["--metric", "time", "--max-velocity", "1", "2"], "--max-velocity needs 1 number or 6"),
         (["--metric", "time", "--max-velocity", "0"], "--max-velocity must be positive"),
@@ -351,3 +362,49 @@ def test_a_path_is_closed_if_that_is_asked_for(capsys, tmp_path):
     assert code == 1 and "from the last row to the first: NOT_CLOSED: joint 'joint6' ends" in said
     code, _, err = run(capsys, "track", "panda", written(tmp_path / "arc.csv", T[:40]), "--closed")
     assert code == 2 and "closed asks for a path that ends with its first pose" in err
+
+
+LIMITS = ["--max-velocity", 60, "--max-acceleration", 200, "--degrees"]
+
+
+def test_a_motion_is_written_for_a_controller(capsys, arm, whole, tmp_path):
+    out = tmp_path / "motion.csv"
+    code, said, _ = run(capsys, "track", "kr16", whole, *LIMITS, "--rate", 100, "--out", out)
+    assert code == 0 and re.search(r"in time: [\d.]+ s, along a joint spline whose tool", said)
+    rows = rows_of(out)
+    name = "joint{}_acceleration_deg_per_s2"
+    most = max(abs(float(row[name.format(j)])) for row in rows for j in range(1, 7))
+    q = np.radians([[float(row[f"joint{j}_deg"]) for j in range(1, 7)] for row in rows])
+    assert 180.0 < most <= 200.0 + 1e-6 and rows[1]["t_s"] == "0.01"
+    ends = arm.fk(cases.path(arm, 30)[[0, -1]])
+    assert np.allclose(arm.fk(q[[0, -1]]), ends, atol=1e-6)
+    told = json.loads(run(capsys, "track", "kr16", whole, *LIMITS, "--json")[1])
+    assert told["motion"]["duration"] == float(rows[-1]["t_s"])
+    # in radians the same motion
+    limits = ["--max-velocity", np.radians(60), "--max-acceleration", np.radians(200)]
+    other = json.loads(run(capsys, "track", "kr16", whole, *limits, "--json")[1])
+    assert other["motion"]["duration"] == pytest.approx(told["motion"]["duration"])
+
+
+def test_no_motion_is_written_of_a_path_with_gaps(capsys, broken, tmp_path):
+    out = tmp_path / "motion.csv"
+    code, said, err = run(capsys, "track", "kr16", broken, *LIMITS, "--out", out)
+    assert code == 1 and not out.exists() and "rows 11 to 13: OUT_OF_REACH" in said
+    assert "a path with gaps is no one motion" in err
+
+
+def test_a_tolerance_is_kept_at_a_corner_or_told(capsys, tmp_path):
+    corner = tmp_path / "corner.csv"
+    ways = [(0.9, -0.2, 1.1), (0.9, 0.1, 1.1), (0.9, 0.1, 1.3)]
+    lines = [f"{x},{y},{z},0.2,1.7,0.3" for x, y, z in ways]
+    corner.write_text("\n".join(["x,y,z,roll,pitch,yaw", *lines]))
+    argv = ["track", "kr16", corner, *LIMITS, "--tolerance", 1e-4]
+    code, said, _ = run(capsys, *argv, "--json")
+    assert code == 0 and 0.0 < json.loads(said)["motion"]["deviation"] <= 1e-4
+    found = kv.paths.track(kv.load("kr16"), Path.from_file(corner), tolerance=1e-4, samples=20)
+    strayed = dataclasses.replace(found, deviation=2e-4)
+    _joint_path.Told(strayed, False).show()
+    assert "warning: the tolerance of 0.1 mm is not reached" in capsys.readouterr().out
+    spline = Joined(None, 5e-4, 0.0, 3, None, 0)
+    timed = TimedPath(found, spline, None, 1e-4, 250.0, False)
+    assert not timed.ok and dataclasses.replace(timed, tolerance=5e-4).ok

@@ -247,6 +247,29 @@ def test_a_path_that_winds_up_says_that_it_is_not_closed():
     assert "looked" not in broken.gaps[-1].text
 
 
+def test_a_tolerance_that_is_not_reached_is_told():
+    robot = kv.load("kr16")
+    start, end = np.radians([[0, -70, 60, 20, 40, -20], [10, -60, 50, 30, 30, 20]])
+
+    def with_a_jump(s):  # of about 1 mm
+        return start + s[:, None] * (end - start) + (s[:, None] > 0.5) * [1e-3, 0, 0, 0, 0, 0]
+
+    found = track(robot, Curve(robot, with_a_jump), samples=20, tolerance=1e-4)
+    assert found.is_whole and found.deviation > found.tolerance == 1e-4
+    assert "more than the tolerance 0.0001 m" in repr(found)
+    kept = track(robot, Curve(robot, straight(start, end)), samples=20, tolerance=1e-4)
+    assert kept.deviation <= kept.tolerance and "tolerance" not in repr(kept)
+
+
+def test_a_joint_path_with_many_gaps_is_printed_in_a_few_lines():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 40))
+    T[1::3, 0, 3] += 9.0
+    said = repr(track(robot, T)).splitlines()
+    assert len(said) == 7 and said[-1].strip() == "and 8 gaps more"
+    assert said[1].strip().startswith("sample 1: OUT_OF_REACH")
+
+
 def test_repeated_poses_are_no_step():
     robot = kv.load("ur5")
     T = np.repeat(robot.fk(cases.path(robot, 5)), 3, axis=0)

@@ -47,7 +47,7 @@ Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar o
 
 LISTS = (
     *("--pose", "--q", "--q-seed", "--q-start", "--region"),
-    *("--velocity", "--acceleration", "--gravity", "--max-velocity"),
+    *("--velocity", "--acceleration", "--gravity", "--max-velocity", "--max-acceleration"),
 )
 
 

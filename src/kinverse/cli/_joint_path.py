@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -71,7 +72,7 @@ class Told:
                 writer.writerow([*row, "", codes[i], *[""] * (robot.dof + 2)])
         return text.getvalue()
 
-    def json(self) -> str:
+    def json(self, motion: dict[str, Any] | None = None) -> str:
         """Everything, as one JSON object; of each joint in its unit, that of ``units``."""
         found, robot = self.joint_path, self.joint_path.robot
         rows: list[dict[str, Any]] = [
@@ -107,12 +108,13 @@ class Told:
                     }
                     for gap in found.gaps
                 ],
+                **({} if motion is None else {"motion": motion}),
                 "rows": rows,
             }
         )
 
-    def show(self) -> None:
-        """Print how much is tracked, and every gap with its reason."""
+    def show(self, more: Sequence[str] = ()) -> None:
+        """Print how much is tracked, more lines, and every gap with its reason."""
         found = self.joint_path
         say = partial(console().print, markup=False, soft_wrap=True)
         runs = len(found.intervals)
@@ -127,11 +129,15 @@ class Told:
         if runs and not math.isnan(found.deviation):
             away = f"{1e3 * found.deviation:.3g} mm"
             say(f"between them the tool is at most {away} from the path")
+            if found.deviation > found.tolerance:
+                say(f"warning: the tolerance of {1e3 * found.tolerance:.3g} mm is not reached")
         if found.closure <= CLOSED:
             say("the path is closed, and the joints end where they begin")
         elif found.closure > CLOSED:
             apart = self._joints(np.abs(found.q[-1] - found.q[0]))
             say(f"the path is closed, the joints end {apart} from their start")
+        for line in more:
+            say(line)
         for gap in found.gaps[:SHOWN]:
             say(f"{where(gap)}: {gap.code.name}: {gap.told(self.degrees, rows=True)}")
         if len(found.gaps) > SHOWN:

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinverse.paths.joint_curve import JointCurve
+from kinverse.paths.path_curve import curve_of
+
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
@@ -16,6 +19,8 @@ __all__ = ["Angle", "Gap", "JointPath", "Reason", "SampleNumber"]
 
 Array = NDArray[np.float64]
 
+SHOWN = 5
+"""Gaps that are printed."""
 SAME_POSE = 1e-6
 """Poses that differ by less [m, and in the entries of the rotation] are one."""
 
@@ -129,6 +134,7 @@ class JointPath:
         branch_labels: ``branch_labels[b]`` says in words which branch b is; may be empty.
         deviation: largest distance [m] of the tool from the path between samples, joints moving in
             a straight line and the parameter evenly; NaN if it was not asked for.
+        tolerance: what was asked of the deviation [m]; NaN likewise.
 
     Example:
         >>> joint_path = track(robot, T)
@@ -146,6 +152,7 @@ class JointPath:
     s: Array | None = None
     branch_labels: tuple[str, ...] = ()
     deviation: float = float("nan")
+    tolerance: float = float("nan")
 
     def __post_init__(self) -> None:
         for name in ("T", "q", "branch", "ok", "s"):
@@ -191,6 +198,25 @@ class JointPath:
         """
         return tuple(self.q[start:end] for start, end in self.intervals)
 
+    def curve(self, degree: int = 5) -> JointCurve:
+        """The spline through all samples, for ``retime``, ``deviation`` or ``minimum_jerk``.
+
+        By the path's parameter, or where it has none by the way of the tool. A UserWarning says
+        where the path was tracked to a tolerance that the spline does not keep, as at corners.
+
+        Raises:
+            InputError: there are gaps (the first is named), or too few samples for the degree.
+
+        Example:
+            >>> track(robot, path, tolerance=1e-4).curve()
+        """
+        return curve_of(self, degree)
+
+    @property
+    def first_gap(self) -> str:
+        """Where the first gap lies and why it is there, in a line; empty if there is none."""
+        return _line(self.gaps[0]) if self.gaps else ""
+
     def __repr__(self) -> str:
         lines = [
             f"JointPath: {int(self.ok.sum())} of {len(self)} samples of {self.robot.name} in"
@@ -199,11 +225,23 @@ class JointPath:
         ]
         if self.closure > SAME_POSE:
             lines.append(f"the path is closed, the joints end {self.closure:.3g} from their start")
-        for gap in self.gaps[:10]:
-            where = f"before {gap.start}" if gap.is_break else f"{gap.start}..{gap.end - 1}"
-            if gap.code is Reason.NOT_CLOSED:
-                where = "at the end"
-            lines.append(f"{where}: {gap.code.name}, {gap.text}")
-        if len(self.gaps) > 10:
-            lines.append(f"and {len(self.gaps) - 10} gaps more")
+        if self.deviation > self.tolerance:
+            lines.append(
+                f"the tool strays {self.deviation:.3g} m, more than the tolerance"
+                f" {self.tolerance:.3g} m"
+            )
+        lines += [_line(gap) for gap in self.gaps[:SHOWN]]
+        if len(self.gaps) > SHOWN:
+            lines.append(f"and {len(self.gaps) - SHOWN} gaps more")
         return "\n  ".join(lines)
+
+
+def _line(gap: Gap) -> str:
+    if gap.code is Reason.NOT_CLOSED:
+        where = "at the end"
+    elif gap.is_break:
+        where = f"before sample {gap.start}"
+    else:
+        last = gap.end - 1
+        where = f"sample {last}" if gap.start == last else f"samples {gap.start} to {last}"
+    return f"{where}: {gap.code.name}, {gap.text}"

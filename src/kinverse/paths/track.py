@@ -130,7 +130,7 @@ def track(
     if tolerance is not None:
         problem, layers, found, deviation = refined(problem, layers, found, tolerance, search)
     found = nearest_middle(problem, layers, found)
-    joint_path = _joint_path(problem, layers, found, deviation)
+    joint_path = _joint_path(problem, layers, found, deviation, tolerance)
     if closed:
         more = not_closed(robot, found.q, bool(joint_path.gaps))
         joint_path = replace(joint_path, gaps=joint_path.gaps + more)
@@ -174,7 +174,9 @@ def _finer(problem: Problem, layers: Layers, found: Found, is_held: bool) -> tup
         level += 1
 
 
-def _joint_path(problem: Problem, layers: Layers, found: Found, deviation: float) -> JointPath:
+def _joint_path(
+    problem: Problem, layers: Layers, found: Found, deviation: float, tolerance: float | None
+) -> JointPath:
     ok = found.row >= 0
     ends = np.flatnonzero(~found.linked | ~ok)
     runs = zip(ends, np.append(ends[1:], len(ok)), strict=True)
@@ -190,6 +192,7 @@ def _joint_path(problem: Problem, layers: Layers, found: Found, deviation: float
         s=problem.samples.s,
         branch_labels=problem.branches.branch_labels,
         deviation=deviation,
+        tolerance=float("nan") if tolerance is None else tolerance,
     )
 
 

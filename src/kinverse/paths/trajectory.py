@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.errors import InputError, MissingExtra, NoSolution
+from kinverse.files import write_atomically
 from kinverse.paths.checks import as_joint_limits
 from kinverse.paths.joint_curve import JointCurve
+from kinverse.paths.joint_path import JointPath
+from kinverse.paths.motion_file import RATE, motion_csv
+from kinverse.robot import Robot
 
 __all__ = ["State", "Trajectory", "retime"]
 
@@ -92,11 +98,37 @@ class Trajectory:
         curve = JointCurve(times - times[:1] if times.ndim == 1 else times, q, degree)
         return cls(float(curve.s[-1]), _InTime(curve))
 
+    def save(self, file: str | PathLike[str], robot: Robot, rate: float = RATE) -> None:
+        """Write the motion for a controller: a .csv with a row every 1 / rate seconds.
+
+        Columns: ``t_s``, then joint values, speeds and accelerations, each with its unit, such as
+        ``joint1_rad``, ``joint1_velocity_rad_per_s`` and ``joint1_acceleration_rad_per_s2``. The
+        last row is the end of the motion, less than a cycle after the one before.
+
+        Args:
+            file: its name ends in .csv.
+            robot: whose joints move.
+            rate: rows a second [1/s].
+
+        Raises:
+            InputError: another name, another number of joints, or a rate that cannot be used.
+            OSError: the file cannot be written.
+
+        Example:
+            >>> retime(curve, velocity=1.0, acceleration=4.0).save("motion.csv", robot, rate=125)
+        """
+        path = Path(file)
+        if path.suffix != ".csv":
+            raise InputError(f"a motion is written to a .csv file, got {path.name!r}")
+        write_atomically(path, motion_csv(self, robot, rate))
+
     def __repr__(self) -> str:
         return f"Trajectory: {self(0.0).q.shape[-1]} joints, {self.duration:.6g} s"
 
 
-def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> Trajectory:
+def retime(
+    curve: JointCurve | JointPath, velocity: ArrayLike, acceleration: ArrayLike
+) -> Trajectory:
     """The fastest motion along a curve, from rest to rest, that keeps two limits.
 
     By reachability analysis (Pham & Pham 2018, the package toppra) on a grid that holds the
@@ -104,20 +136,23 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     motion down until it keeps both limits where it uses them most.
 
     Args:
-        curve: joint values by way.
+        curve: joint values by way, or a ``JointPath`` without gaps, whose ``curve()`` is taken.
         velocity: limit of each joint's speed, one number or (n,) [rad/s or m/s].
         acceleration: likewise [rad/s^2 or m/s^2].
 
     Raises:
-        InputError: limits that are not positive, or a curve that does not move.
+        InputError: limits that are not positive, a curve that does not move, or a joint path with
+            gaps (the first is named).
         NoSolution: no motion was found.
         MissingExtra: toppra is not installed.
 
     Example:
         >>> retime(curve, velocity=2.0, acceleration=8.0).duration
     """
+    if isinstance(curve, JointPath):
+        curve = curve.curve()
     if not isinstance(curve, JointCurve):
-        raise InputError(f"curve must be a JointCurve, got {type(curve).__name__}")
+        raise InputError(f"curve must be a JointCurve or a JointPath, got {type(curve).__name__}")
     n = curve.values.shape[1]
     fast, strong = (
         as_joint_limits(velocity, n, "velocity"),

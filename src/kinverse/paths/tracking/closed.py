@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.joint_path import SAME_POSE, Angle, Gap, Reason
+from kinverse.paths.joint_units import joint_units
 from kinverse.paths.tracking.layers import Layers, short_way
 from kinverse.paths.tracking.samples import Samples
 from kinverse.paths.tracking.search import Found, Problem, follow
-from kinverse.ranking import turning
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -65,7 +65,7 @@ def not_closed(robot: "Robot", q: Array, has_gaps: bool) -> tuple[Gap, ...]:
     if np.isnan(apart).any() or apart.max() <= BACK:
         return ()
     j = int(apart.argmax())
-    moved = Angle(apart[j]) if turning(robot)[j] else f"{apart[j]:.3g} m"
+    moved = Angle(apart[j]) if joint_units(robot)[j] == "rad" else f"{apart[j]:.3g} m"
     # over a gap no way back is looked for
     none = "" if has_gaps else "; of the ways that were looked at none comes back"
     words = (f"joint {robot.joint_names[j]!r} ends ", moved, f" from where it begins{none}")

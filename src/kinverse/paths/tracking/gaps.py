@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinverse import se3
 from kinverse.paths.joint_path import Angle, Gap, Reason, SampleNumber
+from kinverse.paths.joint_units import joint_units
 from kinverse.paths.tracking.branches import Branches
 from kinverse.paths.tracking.layers import Layers
 from kinverse.paths.tracking.samples import Samples
@@ -78,7 +79,7 @@ def _start(problem: Problem, found: Found) -> list[Gap]:
 
 
 def _moved(robot: "Robot", joint: int, amount: float) -> str | Angle:
-    return Angle(amount) if turning(robot)[joint] else f"{amount:.3g} m"
+    return Angle(amount) if joint_units(robot)[joint] == "rad" else f"{amount:.3g} m"
 
 
 def _lost(problem: Problem, layers: Layers, found: Found) -> list[Gap]:
