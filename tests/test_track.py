@@ -227,6 +227,20 @@ def test_a_closed_path_ends_where_it_begins(name, tolerance):
         assert found.deviation <= tolerance
 
 
+def test_a_closed_way_is_found_where_the_best_way_is_far_from_any():
+    robot = kv.load("iiwa14")
+    low, high = robot.limits.T
+    for seed in (0, 2, 4):
+        rng = np.random.default_rng(seed)
+        middle, size = rng.uniform(0.5 * low, 0.5 * high), rng.uniform(-0.3, 0.3, (2, 7))
+        s = np.linspace(0.0, 2.0 * np.pi, 80)[:, None]
+        T = robot.fk(middle + np.sin(s) * size[0] + (np.cos(s) - 1.0) * size[1])
+        found = track(robot, T, closed=True)
+        check(robot, found)
+        assert found.is_whole and found.closure < 1e-9
+        assert seed == 0 or track(robot, T).closure > 0.5
+
+
 def test_a_path_that_winds_up_says_that_it_is_not_closed():
     robot = kv.load("kr16")
     ends = np.radians([[0, -70, 60, 20, 40, -170], [0, -70, 60, 20, 40, 190]])

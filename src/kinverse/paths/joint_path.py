@@ -66,7 +66,7 @@ class SampleNumber(int):
     """A sample in the words of a gap, counted from 0."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Gap:
     """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
 
@@ -102,6 +102,9 @@ class Gap:
             "joint 'a' moves 28.6 deg"
         """
         return "".join(_told(part, degrees, rows) for part in self.words)
+
+    def __repr__(self) -> str:
+        return f"Gap: {_line(self)}"
 
     @property
     def is_break(self) -> bool:

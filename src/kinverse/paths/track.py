@@ -89,8 +89,8 @@ def track(
             ``breaks`` first. It needs a ``Path``: poses say nothing of what is between them.
         samples: of a ``Path``, at first.
         closed: the joints are to end where they begin, which those of an arm with joints to spare
-            need not do. The path must end with its first pose. Ways from some (16) solutions of it
-            are looked at; if none comes back, the last gap says NOT_CLOSED.
+            need not do. The path must end with its first pose. Ways from 16 solutions of it (if need
+            be from 32 more of a grid) are looked at; if none comes back, the last gap is NOT_CLOSED.
 
     Returns:
         A ``JointPath``.
@@ -119,10 +119,12 @@ def track(
     problem = Problem(branches_of(robot, solver, task), poses, steps, keep)
     if closed:
         check_closed(poses)
-    layers, found = _followed(problem, problem.layers())
+    every = problem.layers()
+    layers, found = _followed(problem, every)
     held = None
     if closed and not found.breaks and (found.row >= 0).all():
-        held = held_at_ends(problem, layers, nearest_middle(problem, layers, found))
+        middle = nearest_middle(problem, layers, found)
+        held = held_at_ends(problem, every, layers, middle)
     search = partial(_followed, is_held=held is not None)
     if held is not None:
         layers, found = search(problem, held)

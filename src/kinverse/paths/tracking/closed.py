@@ -1,5 +1,6 @@
 """Closed paths: of an arm that may come back to its first pose otherwise, the way that does not."""
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from kinverse.paths.joint_path import SAME_POSE, Angle, Gap, Reason
 from kinverse.paths.joint_units import joint_units
 from kinverse.paths.tracking.layers import Layers, short_way
 from kinverse.paths.tracking.samples import Samples
-from kinverse.paths.tracking.search import Found, Problem, follow
+from kinverse.paths.tracking.search import Found, Problem, follow, shortest
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -23,7 +24,9 @@ __all__ = ["check_closed", "held_at_ends", "not_closed"]
 Array = NDArray[np.float64]
 
 STARTS = 16
-"""Joint values at the first pose that a closed way is looked for from."""
+"""Joint values at the first pose, near the best way, that a closed way is looked for from."""
+GRID_STARTS = 32
+"""The same of a whole grid, spread evenly."""
 SAME = 1e-4
 """Solutions of the first pose and of the last that differ by less [rad or m] are one."""
 BACK = 1e-5
@@ -42,21 +45,36 @@ def check_closed(samples: Samples) -> None:
         )
 
 
-def held_at_ends(problem: Problem, layers: Layers, found: Found) -> Layers | None:
-    """The layers with one row at both ends, the same, from which there is a way back to it.
+def held_at_ends(problem: Problem, every: Layers, layers: Layers, found: Found) -> Layers | None:
+    """Layers with one row at both ends, the same, from which there is a way back to it.
 
-    Of some rows of the first sample, those nearest the start of the best way first, the one from
-    which the way is cheapest; None if from none of them is there a way.
+    Of some rows of the first sample near the start of the best way, the one from which the way is
+    cheapest; where there is none, the first of those of the whole grid. None if nothing comes back.
+
+    Args:
+        problem: the path.
+        every: its layers as they were solved.
+        layers: those that the best way was found in: of a grid only what is near it.
+        found: the best way, without a break.
     """
     best, cost = None, np.inf
-    for start in _starts(problem, layers, found):
-        held = _held(problem, layers, start)
-        if held is None:
-            continue
-        _, way = follow(problem, held)
-        if way.breaks == 0 and (way.row >= 0).all() and way.cost < cost:
-            best, cost = held, way.cost
-    return best
+    for start in itertools.islice(_starts(problem, layers, found), STARTS):
+        if (held := _held(problem, layers, start)) is not None:
+            _, way = follow(problem, held)
+            if way.breaks == 0 and way.cost < cost:
+                best, cost = held, way.cost
+    if best is not None or layers is every:
+        return best
+    rows = (layers.sample, layers.q, layers.branch, layers.side, layers.fixed)
+    # behind the others of their sample
+    found = found._replace(row=found.row + every.start[1:])
+    layers = every.with_rows(*rows)
+    starts = list(_starts(problem, layers, found))
+    for start in starts[:: -(-len(starts) // GRID_STARTS)]:
+        if (held := _held(problem, layers, start)) is not None:
+            if shortest(problem, held, np.empty((0, 2), np.int64)).breaks == 0:
+                return held
+    return None
 
 
 def not_closed(robot: "Robot", q: Array, has_gaps: bool) -> tuple[Gap, ...]:
@@ -97,8 +115,6 @@ def _starts(problem: Problem, layers: Layers, found: Found) -> Iterator[_Start]:
         if inside and all(np.abs(q[k] - other).max() > SAME for other in taken):
             taken.append(q[k])
             yield _Start(q[k], int(layers.branch[rows[k]]), int(layers.side[rows[k]]))
-        if len(taken) == STARTS:
-            return
 
 
 def _near(q: Array, other: Array, max_step: Array) -> bool:
