@@ -89,8 +89,9 @@ def track(
             ``breaks`` first. It needs a ``Path``: poses say nothing of what is between them.
         samples: of a ``Path``, at first.
         closed: the joints are to end where they begin, which those of an arm with joints to spare
-            need not do. The path must end with its first pose. Ways from 16 solutions of it (if need
-            be from 32 more of a grid) are looked at; if none comes back, the last gap is NOT_CLOSED.
+            need not do. The path must end with its first pose. Ways from 16 solutions of it (if
+            need be from 32 more of a grid) are looked at; if none comes back, the last gap is
+            NOT_CLOSED.
 
     Returns:
         A ``JointPath``.
