@@ -33,7 +33,10 @@ PathName = Annotated[
     str,
     typer.Argument(
         metavar="PATH",
-        help="A .csv, .npz or .npy file of poses, or a named path such as masajedi_straight.",
+        help="A .csv, .npz or .npy file of poses, or a named path such as masajedi_straight. A .csv"
+        " has a header: x y z with roll pitch yaw or qw qx qy qz, in m and rad (with --degrees"
+        " deg);"
+        ' "x [mm]" or "roll [deg]" in it states another unit.',
     ),
 ]
 Base = Annotated[str | None, typer.Option(help="Link the chain starts from (files only).")]
@@ -44,7 +47,7 @@ Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar o
 
 LISTS = (
     *("--pose", "--q", "--q-seed", "--q-start", "--region"),
-    *("--velocity", "--acceleration", "--gravity", "--max-velocity"),
+    *("--velocity", "--acceleration", "--gravity", "--max-velocity", "--max-acceleration"),
 )
 
 

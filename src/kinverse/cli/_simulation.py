@@ -126,7 +126,7 @@ class Told:
                 "beyond_limits": self.spline.beyond.amount if self.spline.beyond else 0.0,
                 "loads": loads,
                 "gaps": [
-                    {"where": where(gap), "reason": gap.code.name, "text": gap.text}
+                    {"where": where(gap), "reason": gap.code.name, "text": gap.told(rows=True)}
                     for gap in found.gaps
                 ],
             }
