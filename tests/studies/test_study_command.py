@@ -76,7 +76,7 @@ def test_ctrl_c_says_that_nothing_is_lost(capsys, tmp_path, toy):
     cells = work.cells(work.interrupted_at_two, tmp_path / "log")
     toy(work.study_of(work.table_of("a", cells)))
     code, _, err = said(capsys, "toy", "--out", tmp_path, "--jobs", 1)
-    assert code == 2 and "finished cells are kept" in err and "interrupted" in err
+    assert code == 130 and "finished cells are kept" in err and "interrupted" in err
 
 
 @pytest.mark.parametrize(
