@@ -233,6 +233,34 @@ def test_straight_lines_that_the_arm_cannot_follow_are_said(capsys, arm, tmp_pat
     assert code == 1 and "7 not found: the arm cannot follow" in " ".join(said.split())
 
 
+def test_evenly_spaced_poses_of_a_line_are_run_through_smoothly(capsys, tmp_path):
+    # out to the arm's reach, where the joints turn ever faster for the same way
+    T = np.tile(kv.pose([0.3, 0.2, 0.4], rpy=[0.2, 1.7, 0.3]), (12, 1, 1))
+    T[:, :3, 3] += np.linspace(0.0, 0.42, 12)[:, None] * [1.0, 0.6, -0.3]
+    np.save(tmp_path / "line.npy", T)
+    out = tmp_path / "run.csv"
+    code, said, _ = run(capsys, "ur5", tmp_path / "line.npy", "--duration", 2, "--out", out,
+                        "--control", "prescribed", "--json")  # fmt: skip
+    assert code == 0
+    rows = rows_of(out)
+    tool = columns(rows, "x_m", "y_m", "z_m")
+    x = np.linspace(0.0, 1.0, len(rows))[:, None]
+    even = T[0, :3, 3] + x**3 * (10 - 15 * x + 6 * x**2) * (T[-1, :3, 3] - T[0, :3, 3])
+    # the tool itself goes the way in the time that --duration says: no kinks at the poses
+    assert np.abs(tool - even).max() < 2e-4
+    assert json.loads(said)["deviation"] < 2e-4
+
+
+def test_speeds_are_told_and_absurd_ones_remarked_on(capsys):
+    said = run(capsys, "kr16", PATH, "--duration", 2, "--degrees")[1]
+    assert "peak joint speeds: joint1 " in said and "deg/s" in said and "faster" not in said
+    told = json.loads(run(capsys, "kr16", PATH, "--duration", 2, "--json")[1])
+    first = told["peak_joint_speeds"][0]
+    assert f"joint1 {np.degrees(first):.4g} deg/s" in said
+    said = " ".join(run(capsys, "kr16", PATH, "--duration", 0.04, "--drive", "tool")[1].split())
+    assert "peak joint speeds: joint1 " in said and "faster than the drives of arms" in said
+
+
 @pytest.mark.parametrize("bandwidth", [5e3, 1e8])
 def test_an_unstable_run_says_when_and_keeps_what_it_has(capsys, tmp_path, monkeypatch, bandwidth):
     monkeypatch.chdir(tmp_path)
@@ -255,6 +283,9 @@ def test_repeated_poses_are_remarked(capsys, tmp_path):
     [
         (["--drive", "wheels"], "'joints' or 'tool'"),
         (["--control", "magic"], "computed_torque, servo, prescribed"),
+        (["--drive", "tool", "--control", "servo"], "control is of driven joints"),
+        (["--drive", "tool", "--bandwidth", "9"], "bandwidth is of driven joints"),
+        (["--control", "prescribed", "--bandwidth", "9"], "bandwidth is of a feedback"),
         (["--tolerance", "0"], "--tolerance must be positive"),
         (["--duration", "0"], "--duration must be positive"),
         (["--duration", "1", "--velocity", "1"], "either --duration or"),

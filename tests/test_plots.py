@@ -9,6 +9,9 @@ import pytest
 import kinverse as kv
 from kinverse import plots
 from kinverse.cli import main
+from kinverse.paths import simulate, track
+from kinverse.simulation_plots import simulation_figure
+from kinverse.workspace import PlanarWorkspace, workspace_figure
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +92,43 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(kv.MissingExtra, match=r"kinverse\[plot\]"):
         plots.new_figure((4, 3))
+
+
+# ---------------------------------------------------------------------------- joint paths
+def heights(ax, style):
+    return sorted({line.get_ydata()[0] for line in ax.get_lines() if line.get_ls() in style})
+
+
+def test_a_joint_path_shows_units_and_the_limits_in_view():
+    robot = kv.Robot.from_dh(
+        [0.4, 0.3, 0], 0, 0, joints="RRP", limits=[[-0.3, 3], [0.2, 2.9], [-0.5, 0.5]]
+    )
+    q = np.linspace([-0.3, 0.3, -0.1], [0.4, 1.0, 0.2], 30)
+    figure = plots.joint_path_figure(track(robot, robot.fk(q), q_start=q[0]))
+    above, below, slides = figure.axes
+    assert above.get_ylabel() == "joint values [deg or m]"
+    assert below.get_ylabel() == "largest step [deg]" and slides.get_ylabel() == "largest step [m]"
+    # 0.2 rad and the slide's ends are among -17 to 57 deg; 2.9 and 3 rad are not
+    assert heights(above, ("--",)) == pytest.approx([*np.degrees([-0.3]), -0.5, 0.5, 11.4592], 1e-4)
+    np.testing.assert_allclose(below.get_lines()[0].get_ydata(), np.degrees(0.7 / 29), rtol=1e-6)
+    np.testing.assert_allclose(slides.get_lines()[0].get_ydata(), 0.3 / 29, rtol=1e-6)
+
+
+def test_legends_lie_beside_the_curves():
+    robot = kv.load("ur5")
+    q = np.linspace([0.3, -1, 1, 0.2, 1, 0], [0.8, -1.2, 1.3, 0.4, 0.6, 0.3], 20)
+    runs = {"a": simulate(robot, [0.0, 0.1], q[:2]), "b": simulate(robot, [0.0, 0.1], q[1:3])}
+    for figure in (
+        plots.joint_path_figure(track(robot, robot.fk(q))),
+        simulation_figure(runs),
+        workspace_figure(PlanarWorkspace(kv.load("planar3r")), points=10, orientations=4),
+    ):
+        figure.draw_without_rendering()
+        legends = figure.legends + [ax.get_legend() for ax in figure.axes if ax.get_legend()]
+        boxes = [legend.get_window_extent() for legend in legends]
+        assert boxes
+        for ax in figure.axes:
+            assert not any(box.overlaps(ax.get_window_extent()) for box in boxes)
 
 
 # ---------------------------------------------------------------------------- command line

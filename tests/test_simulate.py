@@ -193,11 +193,56 @@ def test_it_is_that_of_a_moving_tool_too(kr16):
         assert np.abs(off).max() < 2e-3 * np.abs(needed).max()
 
 
+AXES = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, -1, 0.5])
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("sweep", [0.25, 0.0])
+def test_moments_keep_their_sign_where_a_tool_is_turned_by_half_a_turn(axis, sweep):
+    # there quaternions change sign, with a sweep of zero by rounding alone and step by step
+    robot, axis = kv.load("ur5"), np.array(axis) / np.linalg.norm(axis)
+    T = np.tile(np.eye(4), (21, 1, 1))
+    turns = np.pi + np.linspace(-sweep, sweep, 21)
+    T[:, :3, :3] = [oracle.about(axis, turn) for turn in turns]
+    T[:, :3, 3] = [0.35, 0.2, 0.4] + np.linspace(0, 0.1, 21)[:, None] * [0, 1, 0]
+    starts = kv.Analytic().fit(robot).solve(T[:1]).q
+    q = kv.Numerical().fit(robot).follow(T, starts[0]).q
+    t = np.linspace(0.0, 1.0, 21)
+    held = simulate(robot, t, q, drive="tool", step=1e-3)
+    needed = simulate(robot, t, q, control="prescribed", step=1e-3).torque
+    given = np.einsum("kij,ki->kj", robot.jacobian(held.q), held.constraint_force)
+    assert held.ok and np.abs(given - needed)[20:-20].max() < 0.03 * np.abs(needed).max()
+    moments = held.constraint_force[:, 3:]
+    assert np.abs(np.diff(moments, axis=0)).max() < 0.1 * np.abs(moments).max()
+
+
 @pytest.mark.parametrize("name", ["iiwa14", "panda"])
 def test_an_arm_that_moves_with_its_tool_held_is_refused(name):
     robot, t, q = across(name)
     with pytest.raises(InputError, match="determines 6 of 7 joints"):
         simulate(robot, t, q, drive="tool")
+
+
+def test_options_that_would_count_for_nothing_are_refused(kr16):
+    for options, said in (
+        ({"drive": "tool", "control": "servo"}, "control is of driven joints"),
+        ({"drive": "tool", "bandwidth": 300.0}, "bandwidth is of driven joints"),
+        ({"control": "prescribed", "bandwidth": 300.0}, "bandwidth is of a feedback"),
+    ):
+        with pytest.raises(InputError, match=said):
+            simulate(kr16, *motion(), **options)
+    # dry friction is the joints', however they are moved
+    plain, rough = (
+        simulate(kr16, *motion(), drive="tool", friction=friction) for friction in (0.0, 50.0)
+    )
+    assert np.abs(plain.constraint_force - rough.constraint_force)[500].max() > 10.0
+
+
+def test_peak_speeds_are_those_of_the_motion(kr16):
+    t, q = motion(seconds=2.0, count=41)
+    run = simulate(kr16, t, q, control="prescribed")
+    # 1.875 is the largest speed of the blend from 0 to 1 in a second
+    np.testing.assert_allclose(run.peak_speeds, 1.875 / 2.0 * np.abs(MOVE), rtol=1e-3)
 
 
 def test_prescribed_torques_are_those_of_the_true_arm(kr16):

@@ -1,6 +1,7 @@
 """Planar workspaces: the exact edge against sampling, search and independent formulas."""
 
 import sys
+import time
 
 import matplotlib.image
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import scipy.optimize
 
 import kinverse as kv
+import oracle
 from kinverse.paths import condition_5
 from kinverse.workspace import PlanarWorkspace, workspace_figure
 from kinverse.workspace import boundary as boundary_module
@@ -254,6 +256,40 @@ def test_service_with_limits_is_the_share_of_postures_direction():
     assert not space.service([[-10.0, -10.0]], 720).any()
     with pytest.raises(kv.InputError, match="has joints with limits.*service"):
         _ = space.dextrous_radii
+
+
+@pytest.mark.parametrize("limits", [None, [[-2, 2], [-1, 2.5]]])
+def test_two_joints_give_no_share_of_directions_and_at_once(limits):
+    robot = kv.Robot.from_dh([0.5, 0.4], 0, 0, joints="RR", limits=limits)
+    space = PlanarWorkspace(robot)
+    begun = time.process_time()
+    assert not space.service(space.points(2000), 72).any()
+    assert time.process_time() - begun < 2.0
+    # but where both turn about the tool: every way, or what the limits leave
+    even = PlanarWorkspace(arm([0.5, 0.5], None if limits is None else [[-2, 2], [0, TURN[1]]]))
+    share = even.service([[0.0, 0.0]], 720)[0]
+    assert share == pytest.approx(1.0 if limits is None else 2.0 / np.pi, abs=2e-3)
+
+
+def test_service_is_what_a_solver_finds():
+    rng = np.random.default_rng(6)
+    for _ in range(8):
+        narrow = np.sort(rng.uniform(-3, 3, (3, 2)), axis=1)
+        limits = np.where(rng.random(3)[:, None] < 0.5, TURN, narrow)
+        robot = kv.Robot.from_dh(
+            rng.uniform(0.1, 0.6, 3), 0, rng.choice([0, np.pi], 3), rng.uniform(-2, 2, 3),
+            joints="RRR", limits=limits, base=kv.pose([0.3, 0.2, 0.1], rpy=[0, 0, 0.4]),
+        )  # fmt: skip
+        space = PlanarWorkspace(robot)
+        points = space.points(5, rng)
+        turn = 2 * np.pi * np.arange(36) / 36
+        flat = robot.with_base(np.linalg.inv(space.frame))
+        at_zero = flat.fk(np.zeros(3))[:3, :3]
+        T = np.tile(np.eye(4), (5, 36, 1, 1))
+        T[..., :3, :3] = [oracle.rot_z(a) @ at_zero for a in turn]
+        T[..., :2, 3] = points[:, None]
+        solved = kv.Analytic(task="planar").fit(flat).solve(T.reshape(-1, 4, 4)).ok
+        np.testing.assert_array_equal(space.service(points, 36), solved.reshape(5, 36).mean(axis=1))
 
 
 # ---------------------------------------------------------------------------- any plane, any zero

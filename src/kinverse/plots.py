@@ -139,7 +139,9 @@ def fitness_surface(
 
 
 def joint_path_figure(joint_path: "JointPath", title: str = "") -> "Figure":
-    """The joints along a path and the size of their steps; what is not tracked is grey.
+    """The joints along a path, their limits, and the size of their steps.
+
+    What is not tracked is grey; limits are dashed where they lie among the values that are drawn.
 
     Args:
         joint_path: from ``kinverse.paths.track``.
@@ -154,9 +156,8 @@ def joint_path_figure(joint_path: "JointPath", title: str = "") -> "Figure":
     robot = joint_path.robot
     figure = new_figure((9.0, 6.0))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
-    shown = _shown(robot, joint_path.q)
+    shown, turns = _shown(robot, joint_path.q), turning(robot)
     for joint, name in enumerate(robot.joint_names):
-        unit = "deg" if turning(robot)[joint] else "m"
         for k, (start, end) in enumerate(joint_path.intervals):
             (line,) = above.plot(
                 np.arange(start, end),
@@ -165,20 +166,52 @@ def joint_path_figure(joint_path: "JointPath", title: str = "") -> "Figure":
                 marker="." if end - start == 1 else "",
             )
             if k == 0:
-                line.set_label(f"{name} [{unit}]")
-    for start, end in joint_path.intervals:
-        steps = np.abs(np.diff(shown[start:end], axis=0)).max(axis=1)
-        below.plot(np.arange(start + 1, end), steps, color="black", lw=0.8)
+                line.set_label(f"{name} [{'deg' if turns[joint] else 'm'}]")
+    _limits_in_view(above, robot)
+    _steps(below, joint_path, shown)
     for gap in joint_path.gaps:
         for ax in (above, below):
             ax.axvspan(gap.start - 0.5, gap.end - 0.5, color="0.85", lw=0.8)
-    above.set_ylabel("joint values")
-    below.set_ylabel("largest step")
+    above.set_ylabel(f"joint values [{_units(turns)}]")
     below.set_xlabel("sample")
+    below.locator_params("x", integer=True)
     if joint_path.intervals:
-        above.legend(frameon=False, fontsize="small", ncols=2)
+        figure.legend(*above.get_legend_handles_labels(), loc="outside right upper", fontsize=9)
     figure.suptitle(title or f"{robot.name}: {int(joint_path.ok.sum())} samples tracked")
     return figure
+
+
+def _limits_in_view(ax: "Axes", robot: "Robot") -> None:
+    """The joints' limits as dashed lines, where they lie among the values that are drawn."""
+    bottom, top = ax.get_ylim()
+    label = "limits of the joints"
+    for joint, ends in enumerate(_shown(robot, robot.limits.T).T):
+        for end in ends.tolist():
+            if bottom <= end <= top:
+                # shifted dashes: limits that are alike are seen side by side
+                dashes = (4.0 * joint, (4.0, 4.0))
+                ax.axhline(end, color=f"C{joint % 10}", ls=dashes, lw=0.8, label=label)
+                label = "_"
+    ax.set_ylim(bottom, top)
+
+
+def _steps(ax: "Axes", joint_path: "JointPath", shown: Array) -> None:
+    """The largest step to each sample, of turning joints and of slides each on their own scale."""
+    turns = turning(joint_path.robot)
+    kinds = [kind for kind in ((turns, "deg"), (~turns, "m")) if kind[0].any()]
+    for k, (some, unit) in enumerate(kinds):
+        axes, color = (ax, "black") if k == 0 else (ax.twinx(), "tab:purple")
+        most = 0.0
+        for start, end in joint_path.intervals:
+            steps = np.abs(np.diff(shown[start:end, some], axis=0)).max(axis=1)
+            axes.plot(np.arange(start + 1, end), steps, color=color, lw=0.8)
+            most = max(most, steps.max(initial=0.0))
+        axes.set_ylim(0.0, 1.1 * most or 1.0)
+        axes.set_ylabel(f"largest step [{unit}]", color=color)
+
+
+def _units(turns: NDArray[np.bool_]) -> str:
+    return " or ".join(unit for unit, some in (("deg", turns), ("m", ~turns)) if some.any())
 
 
 def new_figure(size: Sequence[float]) -> "Figure":

@@ -58,7 +58,8 @@ def torques(axes: "Axes", run: Simulation) -> None:
         axes.plot(run.t, column, label=name, linewidth=1.2)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("torque [Nm], force [N]")
-    axes.legend(fontsize=7, ncols=2, loc="best")
+    # below the axes: a legend among the curves would cover some
+    axes.legend(fontsize=7, ncols=4, loc="upper center", bbox_to_anchor=(0.5, -0.22))
     axes.grid(alpha=0.3)
 
 

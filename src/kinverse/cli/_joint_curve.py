@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from kinverse import Numerical, se3
 from kinverse.cli._path import Given
-from kinverse.cli._show import note
+from kinverse.cli._show import joint_kinds, note
 from kinverse.errors import InputError
 from kinverse.paths.joint_curve import JointCurve
 from kinverse.paths.tracking.samples import Samples
 from kinverse.paths.wanted import Beyond, beyond_limits
 from kinverse.robot import LIMIT_SLACK
+from kinverse.velocity import characteristic_length
 
 if TYPE_CHECKING:
     from kinverse.paths import JointPath
@@ -43,7 +44,7 @@ class Joined(NamedTuple):
     """A joint spline and how well it does between the samples.
 
     Attributes:
-        curve: joint values by the path's parameter, or by the way of the joints.
+        curve: joint values by the path's parameter, or by the way of the tool.
         position: largest distance of its tool from the path [m].
         rotation: largest angle [rad]; 0 where the task leaves the rotation open.
         added: samples beside those of the run.
@@ -98,7 +99,8 @@ def joined(
             f"rows {first + 1} to {last}, the longest run, have {int(moved.sum())} different poses;"
             " a joint spline takes at least 2: --samples 100 takes so many along the path"
         )
-    samples = Samples(T, s, None if s is None else given.path)
+    path = None if s is None else given.path
+    samples = Samples(T, _way(found.robot, T, q, task) if s is None else s, path)
     allowed = _allowed(task, T, tolerance)
     solver = Numerical(task=task, tol_position=1e-9, tol_rotation=1e-9).fit(found.robot)
     rows = np.arange(len(q), dtype=np.int64)
@@ -130,12 +132,26 @@ def _allowed(task: str, T: Array, tolerance: float | None) -> tuple[Array, Array
 
 
 def _curve(samples: Samples, places: _Places) -> JointCurve:
-    if samples.s is None:
-        way = np.abs(np.diff(places.q, axis=0)).max(axis=1)
-        s = np.cumsum(np.append(0.0, np.maximum(way, STANDS)))
-    else:
-        s = np.interp(places.row + places.fraction, np.arange(len(samples.s)), samples.s)
-    return JointCurve(s, places.q, DEGREE)
+    s = samples.s
+    assert s is not None
+    return JointCurve(
+        np.interp(places.row + places.fraction, np.arange(len(s)), s), places.q, DEGREE
+    )
+
+
+def _way(robot: "Robot", T: Array, q: Array, task: str) -> Array:
+    """(N,) the way of the tool up to each pose [m]: a radian counts as the arm's length.
+
+    Even along an even path, as the joints' own way is not. Where the tool stands and the joints
+    move, theirs counts.
+    """
+    length = characteristic_length(robot)
+    moved, turned = _errors(task, T[:-1], T[1:])
+    turns = np.array([kind == "R" for kind in joint_kinds(robot)])
+    joints = np.abs(np.diff(q, axis=0)) * np.where(turns, length, 1.0)
+    tool = moved + length * turned
+    steps = np.where(tool > STANDS, tool, joints.max(axis=1))
+    return np.append(0.0, np.cumsum(steps))
 
 
 def _between(

@@ -23,6 +23,8 @@ HOLDING = (
     *(("moment_x", "Nm"), ("moment_y", "Nm"), ("moment_z", "Nm")),
 )
 """What holds a driven tool, with units."""
+FASTEST = (5.0, 20.0)
+"""Speeds of slides [m/s] and of turning joints [rad/s] beyond those of the drives of arms."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,20 @@ class Told:
         kinds = joint_kinds(robot)
         named = zip(robot.joint_names, kinds, strict=True)
         return [(name, "N" if kind == "P" else "Nm") for name, kind in named]
+
+    def _of_the_speeds(self) -> list[str]:
+        """How fast each joint moves at most, and which of them no drive could move so."""
+        robot, peaks = self.joint_path.robot, self.run.peak_speeds
+        kinds = np.array(list(joint_kinds(robot)))
+        told = joint_values(robot, peaks, self.degrees)
+        named = zip(robot.joint_names, told, self._units, strict=True)
+        speeds = [f"{name} {peak:.4g} {unit}/s" for name, peak, unit in named]
+        fast = peaks > np.where(kinds == "P", *FASTEST)
+        lines = [f"peak joint speeds: {', '.join(speeds)}"]
+        if fast.any():
+            names = ", ".join(np.array(robot.joint_names)[fast].tolist())
+            lines.append(f"{names}: faster than the drives of arms move; allow more time")
+        return lines
 
     def csv(self) -> str:
         """A line for each instant: joints measured and wanted, the tool, its errors, the loads."""
@@ -124,6 +140,9 @@ class Told:
                 "rotation_deviation": self.spline.rotation,
                 "samples_added": self.spline.added,
                 "beyond_limits": self.spline.beyond.amount if self.spline.beyond else 0.0,
+                "peak_joint_speeds": [
+                    peak if np.isfinite(peak) else None for peak in run.peak_speeds.tolist()
+                ],
                 "loads": loads,
                 "gaps": [
                     {"where": where(gap), "reason": gap.code.name, "text": gap.told(rows=True)}
@@ -147,6 +166,8 @@ class Told:
         for (name, unit), peak, rms, even in rows:
             shown.add_row(name, f"{peak:.4g}", f"{rms:.4g}", f"{even:.3f}", unit)
         show_table(shown)
+        for line in self._of_the_speeds():
+            out.print(line, markup=False, soft_wrap=True)
         turned = np.degrees(run.rotation_error.max()) if self.degrees else run.rotation_error.max()
         out.print(
             f"tracking error: rms {1e3 * run.rms_position_error:.4g} mm, peak"

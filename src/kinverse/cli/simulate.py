@@ -33,8 +33,9 @@ def simulate(
     path: PathName,
     drive: Annotated[str, typer.Option(help="What is driven: joints or tool.")] = "joints",
     control: Annotated[
-        str, typer.Option(help="Of the joints: computed_torque, servo or prescribed.")
-    ] = "computed_torque",
+        str | None,
+        typer.Option(help="Of driven joints: computed_torque (if left out), servo or prescribed."),
+    ] = None,
     velocity: Annotated[
         str | None,
         typer.Option(
@@ -59,7 +60,9 @@ def simulate(
         float, typer.Option(help="Dry friction of each joint, unknown to the controller [Nm or N].")
     ] = 0.0,
     damping: Annotated[float, typer.Option(help="Viscous friction, likewise.")] = 0.0,
-    bandwidth: Annotated[float, typer.Option(help="Of the controller [rad/s].")] = 300.0,
+    bandwidth: Annotated[
+        float | None, typer.Option(help="Of the controller [rad/s]; 300 if left out.")
+    ] = None,
     gravity: Annotated[
         str, typer.Option(metavar="X Y Z", help="In the base frame [m/s^2].")
     ] = "0,0,-9.81",
@@ -105,7 +108,9 @@ def simulate(
     from kinverse.paths import simulate as simulated
     from kinverse.paths import track as tracked
     from kinverse.paths.mujoco_model import mujoco_or_extra
+    from kinverse.paths.simulate import check_drive
 
+    check_drive(drive, control, bandwidth)
     if out is not None and (out.suffix != ".csv" or not out.parent.is_dir()):
         raise InputError(f"--out must be a .csv file in a folder that is there, got {out}")
     if plot is not None:
@@ -163,7 +168,7 @@ def simulate(
     if plot is not None:
         from kinverse import simulation_plots
 
-        name = control if drive == "joints" else "tool driven"
+        name = run.control or "tool driven"
         title = f"{arm.name}, {Path(path).name}"
         simulation_plots.simulation_figure({name: run}, title).savefig(plot, dpi=120)
         note(f"drawn: {plot}")

@@ -92,7 +92,7 @@ class JointCurve(_SplineCurve):
     """Joint values (K, n) [rad or m] at parameters s (K,) of a path, joined by a spline.
 
     Args:
-        s: (K,) ascending.
+        s: (K,) ascending; that of a ``Path``, so that even steps are even for the tool.
         values: (K, n); turns must be counted through, without jumps by a whole turn.
         degree: 3 to 7; K must be greater. Ends are not-a-knot.
 

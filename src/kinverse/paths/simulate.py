@@ -17,7 +17,7 @@ from kinverse.paths.wanted import wanted_motion
 from kinverse.robot import Robot
 from kinverse.velocity import characteristic_length, homogeneous, singular_directions
 
-__all__ = ["Effort", "Simulation", "simulate"]
+__all__ = ["Effort", "Simulation", "check_drive", "simulate"]
 
 Array = NDArray[np.float64]
 
@@ -94,6 +94,13 @@ class Simulation:
         return float(np.sqrt(np.mean(self.position_error**2))) if len(self.t) else float("nan")
 
     @property
+    def peak_speeds(self) -> Array:
+        """(n,) largest speed of each joint as measured [rad/s or m/s]; NaN of one instant."""
+        if len(self.t) < 2:
+            return np.full(self.q.shape[1], np.nan)
+        return np.asarray((np.abs(np.diff(self.q, axis=0)) / np.diff(self.t)[:, None]).max(axis=0))
+
+    @property
     def torques(self) -> Effort:
         """Peak, rms and uniformity of each joint's torque."""
         return Effort.of(self.torque)
@@ -110,12 +117,12 @@ def simulate(
     q: ArrayLike | None = None,
     *,
     drive: str = "joints",
-    control: str = "computed_torque",
+    control: str | None = None,
     links: Sequence[Link] | None = None,
     mass_error: float = 0.0,
     friction: float = 0.0,
     damping: float = 0.0,
-    bandwidth: float = BANDWIDTH,
+    bandwidth: float | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     step: float = 5e-4,
 ) -> Simulation:
@@ -131,16 +138,16 @@ def simulate(
         drive: "joints": the joints are driven and the tool is measured. "tool": the tool is held to
             the poses that these joint values reach and the joints, which turn freely, are measured:
             document 002's first method. It takes an arm whose joints the tool determines.
-        control: of the joints: "computed_torque" (inverse dynamics of the nominal links, and
-            feedback), "servo" (each joint by itself: spring and damper of the same bandwidth, set
-            by the inertia at the start and integrated implicitly, so that the coupling of the
-            joints cannot make them unstable: Tan, Liu & Turk 2011) or "prescribed" (the joints
-            follow exactly, and inverse dynamics of the true arm tells the torques).
+        control: of driven joints: "computed_torque" (the default: inverse dynamics of the nominal
+            links, and feedback), "servo" (each joint by itself: spring and damper of the same
+            bandwidth, set by the inertia at the start and integrated implicitly, so that the
+            coupling of the joints cannot make them unstable: Tan, Liu & Turk 2011) or "prescribed"
+            (the joints follow exactly, and inverse dynamics of the true arm tells the torques).
         links: mass, centre and inertia of each link; None: ``default_links``.
         mass_error: the true links weigh (1 + mass_error) times what the controller believes.
         friction: dry friction of each joint that the controller does not know [Nm or N].
         damping: viscous friction of each joint that it does not know.
-        bandwidth: of the feedback [rad/s].
+        bandwidth: of the feedback [rad/s], where there is one; None: 300.
         gravity: [m/s^2] in the base frame.
         step: of the integration [s].
 
@@ -149,20 +156,22 @@ def simulate(
         before.
 
     Raises:
-        InputError: times that do not increase, other shapes, NaN, unknown words, a motion that
-            leaves the joint limits (by more than 1e-3), a robot that cannot be simulated, or whose
-            joints move by themselves while the tool is held.
+        InputError: times that do not increase, other shapes, NaN, unknown words, a control or
+            bandwidth for a drive that has none, a motion that leaves the joint limits (by more than
+            1e-3), a robot that cannot be simulated, or whose joints move by themselves while the
+            tool is held.
         MissingExtra: MuJoCo is not installed.
 
     Example:
         >>> simulate(robot, retime(curve, 1.0, 4.0), mass_error=0.1).rms_position_error
     """
     mujoco_or_extra()
-    _check_words(drive, control)
+    check_drive(drive, control, bandwidth)
+    how, feedback = control or CONTROLS[0], BANDWIDTH if bandwidth is None else bandwidth
     for name, value in (("friction", friction), ("damping", damping)):
         if not 0.0 <= value < np.inf:
             raise InputError(f"{name} must be finite and not negative, got {value!r}")
-    for name, value in (("step", step), ("bandwidth", bandwidth)):
+    for name, value in (("step", step), ("bandwidth", feedback)):
         if not 0.0 < value < np.inf:
             raise InputError(f"{name} must be positive and finite, got {value!r}")
     pull = se3.as_real(gravity, "gravity")
@@ -186,8 +195,8 @@ def simulate(
         friction=friction,
     )
     with without_log():
-        run = Run(robot, plants, wanted, bandwidth)
-        done, reason = run.tool() if drive == "tool" else run.joints(control)
+        run = Run(robot, plants, wanted, feedback)
+        done, reason = run.tool() if drive == "tool" else run.joints(how)
     T, T_wanted = run.T[:done], run.T_wanted[:done]
     gap = np.swapaxes(T_wanted[:, :3, :3], 1, 2) @ T[:, :3, :3]
     return Simulation(
@@ -203,7 +212,7 @@ def simulate(
         ok=not reason,
         reason=reason,
         drive=drive,
-        control=control if drive == "joints" else "",
+        control=how if drive == "joints" else "",
         joint_names=robot.joint_names,
     )
 
@@ -220,8 +229,23 @@ def _check_determined(robot: Robot, q: Array) -> None:
         )
 
 
-def _check_words(drive: str, control: str) -> None:
+def check_drive(drive: str, control: str | None, bandwidth: float | None) -> None:
+    """Refuse unknown words, and a control or bandwidth that would count for nothing.
+
+    Raises:
+        InputError: the message names what goes with what.
+
+    Example:
+        >>> check_drive("tool", "servo", None)
+        InputError: control is of driven joints: a driven tool has no controller
+    """
     if drive not in DRIVES:
         raise InputError(f"drive must be {' or '.join(map(repr, DRIVES))}, got {drive!r}")
-    if control not in CONTROLS:
+    if control is not None and control not in CONTROLS:
         raise InputError(f"control must be one of {', '.join(CONTROLS)}, got {control!r}")
+    if drive == "tool":
+        for name, value in (("control", control), ("bandwidth", bandwidth)):
+            if value is not None:
+                raise InputError(f"{name} is of driven joints: a driven tool has no controller")
+    if control == "prescribed" and bandwidth is not None:
+        raise InputError("bandwidth is of a feedback: joints that are prescribed have none")

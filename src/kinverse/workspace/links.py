@@ -138,6 +138,11 @@ def reaches(links: Links, points: Complex) -> Bools:
     is exact but for points on the arcs that those postures sweep, where rounding decides.
     """
     size = float(np.abs(links.d).sum())
+    if links.full.all():
+        # without limits: everything between two circles, or what no links reach, the first joint
+        low, high = links.annulus
+        far, slack = np.abs(points), SLACK * (size or 1.0)
+        return np.asarray((far >= low - slack) & (far <= high + slack))
     if len(links.d) == 1:
         near = np.abs(np.abs(points) - size) <= SLACK * size
         return near & links.has(0, np.angle(points) - np.angle(links.d[0]))

@@ -15,10 +15,12 @@ __all__ = ["draw_workspace", "workspace_figure"]
 
 GRID = 61
 """Points along each side of the grid on which service is looked at."""
+POSTURES = 1500
+"""Random postures drawn: enough to show where they crowd, few enough to leave the coloring seen."""
 
 
 def workspace_figure(
-    space: PlanarWorkspace, points: int = 5000, orientations: int = 72, title: str = ""
+    space: PlanarWorkspace, points: int = POSTURES, orientations: int = 72, title: str = ""
 ) -> "Figure":
     """Where the tool gets and, colored, with what share of its directions.
 
@@ -41,7 +43,7 @@ def workspace_figure(
 
 
 def draw_workspace(
-    ax: "Axes", space: PlanarWorkspace, points: int = 5000, orientations: int = 72
+    ax: "Axes", space: PlanarWorkspace, points: int = POSTURES, orientations: int = 72
 ) -> None:
     """The same in given axes."""
     far = space.annulus[1]
@@ -58,7 +60,15 @@ def draw_workspace(
         ax.figure.colorbar(shown, ax=ax, label="share of directions (1: dextrous)")
     if points:
         dots = space.points(points)
-        ax.plot(dots[:, 0], dots[:, 1], ",", color="0.35", label=f"{points} random postures")
+        ax.plot(
+            *dots.T,
+            ".",
+            color="0.2",
+            alpha=0.35,
+            ms=2.0,
+            mew=0.0,
+            label=f"{points} random postures",
+        )
     for k, arc in enumerate(space.boundary):
         line = arc.points(200)
         ax.plot(line[:, 0], line[:, 1], color="tab:red", label="edge" if k == 0 else None)

@@ -108,11 +108,7 @@ class PlanarWorkspace:
             >>> space.reaches(space.points(100)).all()
             True
         """
-        places = self._places(points)
-        if self._arm.reach.full.all():
-            low, high = self.annulus
-            return np.asarray((np.abs(places) >= low) & (np.abs(places) <= high))
-        return reaches(self._arm.reach, places)
+        return reaches(self._arm.reach, self._places(points))
 
     @cached_property
     def boundary(self) -> tuple[BoundaryArc, ...]:
@@ -174,7 +170,7 @@ class PlanarWorkspace:
                 f"robot {self.robot.name!r} has joints with limits: its dextrous set is no ring;"
                 " service(points) samples it"
             )
-        (low, high), link = self._arm.rest.annulus, self._arm.last_link
+        (low, high), link = self._arm.rest.annulus, abs(self._arm.last_link)
         rings = [(0.0, min(link - low, high - link)), (low + link, high - link)]
         if low == 0.0:  # nothing is left out around the third joint: one disc
             rings = [(0.0, high - link)]
@@ -183,9 +179,11 @@ class PlanarWorkspace:
     def service(self, points: ArrayLike, orientations: int = 72) -> Array:
         """The share of orientations (N,) with which the tool reaches points (N, 2), limits held.
 
-        Where it is 1 the point counts as dextrous. Orientations are even from 0 to a turn; each
-        is solved by "auto" with the task "planar": in closed form for three joints. For more, a
-        search says what it found, so a share may be too small there.
+        Where it is 1 the point counts as dextrous. Orientations are even from 0 to a turn; for
+        each, the other joints must bring the last axis to its place, which is exact. If the last
+        joint has limits, the poses left are solved by "auto" with the task "planar": in closed form
+        for three joints. For more, a search says what it found, so a share may be too small there.
+        Two joints reach a point with two directions at most: a share of 0.
 
         Args:
             points: (N, 2) in the plane [m].
@@ -198,23 +196,33 @@ class PlanarWorkspace:
             >>> PlanarWorkspace(free_arm).service([[10.0, 0.0], [21.0, 0.0]])
             array([1.        , 0.18055556])
         """
-        places = self._places(points) + self._arm.first
+        places = self._places(points)
         whole = not isinstance(orientations, bool) and isinstance(orientations, int | np.integer)
         if not whole or not 1 <= orientations <= MOST_ORIENTATIONS:
             raise InputError(
                 f"orientations must be a whole number in 1..{MOST_ORIENTATIONS},"
                 f" got {orientations!r}"
             )
+        turn = 2.0 * np.pi * np.arange(int(orientations)) / int(orientations)
+        last_axis = places[:, None] - self._arm.last_link * np.exp(1j * turn)
+        can = reaches(self._arm.rest, last_axis.ravel())
+        if not self._arm.last_full:
+            point, direction = np.divmod(np.flatnonzero(can), len(turn))
+            can[can] = self._solved(places[point], turn[direction])
+        return np.asarray(can.reshape(len(places), len(turn)).mean(axis=1))
+
+    def _solved(self, places: NDArray[np.complex128], turn: Array) -> Bools:
+        """Which poses, at places (N,) from the first joint and turned by angles (N,), are solved.
+
+        An arm whose joints read zero is not turned.
+        """
         # seen from the plane, so that its normal is the z axis which the task turns about
         robot = self.robot.with_base(se3.inverse(self._arm.frame))
         level = robot.fk(np.zeros(robot.dof))
-        turn = 2.0 * np.pi * np.arange(int(orientations)) / int(orientations)
-        turned = se3.pose(rpy=np.stack([0.0 * turn, 0.0 * turn, turn], axis=1)) @ level
-        T = np.tile(turned, (len(places), 1, 1))
-        T[:, 0, 3] = np.repeat(places.real, len(turn))
-        T[:, 1, 3] = np.repeat(places.imag, len(turn))
-        solved = make_solver("auto", robot, "planar").fit(robot).solve(T).ok
-        return np.asarray(solved.reshape(len(places), len(turn)).mean(axis=1))
+        T = se3.pose(rpy=np.stack([0.0 * turn, 0.0 * turn, turn], axis=1)) @ level
+        at = places + self._arm.first
+        T[:, 0, 3], T[:, 1, 3] = at.real, at.imag
+        return make_solver("auto", robot, "planar").fit(robot).solve(T).ok
 
     def _places(self, points: ArrayLike) -> NDArray[np.complex128]:
         """Points (N, 2) as complex numbers from the first joint."""

@@ -28,7 +28,7 @@ class PlanarArm:
         reach: the links that count for reach: joints on one axis made one, the last left out if
             the tool is on its axis.
         rest: the same without the last joint and link.
-        last_link: distance of the tool from the last axis [m].
+        last_link: from the last axis to the tool, where every joint reads zero.
         last_full: whether the last joint reaches every angle.
     """
 
@@ -37,7 +37,7 @@ class PlanarArm:
     first: complex
     reach: Links
     rest: Links
-    last_link: float
+    last_link: complex
     last_full: bool
 
 
@@ -75,7 +75,8 @@ def planar_arm(robot: Robot) -> PlanarArm:
     frame = _plane(normal, stations[-1])
     flat = (stations - frame[:3, 3]) @ frame[:3, :2]
     places = flat[:, 0] + 1j * flat[:, 1]
-    ends = (robot.limits + robot.offset[robot.source][:, None]) * sign[:, None]
+    zeros = robot.offset[robot.source] * sign
+    ends = robot.limits * sign[:, None] + zeros[:, None]
     d, low, high = np.diff(places), ends.min(axis=1), ends.max(axis=1)
     size = float(np.abs(d).sum())
     if size <= 0.0:
@@ -83,7 +84,8 @@ def planar_arm(robot: Robot) -> PlanarArm:
     reach = _merged(d, low, high, SHORT * size)
     rest = _merged(d[:-1], low[:-1], high[:-1], SHORT * size)
     last_full = bool(high[-1] - low[-1] >= FULL_TURN)
-    return PlanarArm(robot, frame, places[0], reach, rest, float(np.abs(d[-1])), last_full)
+    last_link = complex(d[-1] * np.exp(1j * zeros.sum()))
+    return PlanarArm(robot, frame, places[0], reach, rest, last_link, last_full)
 
 
 def _plane(normal: Array, tool: Array) -> Array:
