@@ -174,16 +174,39 @@ def test_a_heavy_picture_becomes_a_bitmap(tmp_path):
     assert image["src"].startswith("data:image/png")
 
 
-def test_a_run_of_one_table_leaves_the_whole_page_alone(made):
-    from dataclasses import replace
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("tables", [1, 2])
+def test_no_other_run_alters_the_whole_page_or_its_numbers(tmp_path, quick, tables):
+    def build(rows):
+        return Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")
 
-    out, path, text = made
-    study = work.study_of(TableSpec("a", "", lambda q: [], lambda rows: TOY))
-    two = replace(study, tables=(*study.tables, replace(study.tables[0], name="b")))
-    [run] = run_studies([(two, two.tables[:1])], quick=True, out=out)
-    page = write_report(run, out)
-    assert page.name == "a.html" and "A quick run" in page.read_text()
-    assert path.read_text() == text
+    def other(rows):
+        return Table("T", [{"a": 2}], Verdict.REPRODUCED, "0 mm")
+
+    def study(build):
+        return work.study_of(*(TableSpec(name, "", lambda q: [], build) for name in "ab"))
+
+    whole = study(build)
+    [run] = run_studies([(whole, whole.tables)], quick=False, out=tmp_path)
+    path = write_report(run, tmp_path)
+    before = {each: each.read_text() for each in (path, *path.parent.glob("*.csv"))}
+    later = study(other)
+    [run] = run_studies([(later, later.tables[:tables])], quick=quick, out=tmp_path)
+    page = write_report(run, tmp_path)
+    if (quick, tables) == (False, 2):
+        assert page == path  # the same run once more
+        return
+    assert len(before) == 3 and {each: each.read_text() for each in before} == before
+    assert (page.parent / "a.csv").read_text() == "a\n2\n"
 
 
-TOY = Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")
+def test_a_run_of_one_table_is_in_a_folder_of_its_name(tmp_path):
+    study = work.study_of(*(TableSpec(name, "", lambda q: [], toy) for name in "ab"))
+    [run] = run_studies([(study, study.tables[:1])], quick=True, out=tmp_path)
+    page = write_report(run, tmp_path)
+    assert page == tmp_path / "toy" / "quick" / "table-a" / "index.html"
+    assert "A quick run" in page.read_text()
+
+
+def toy(rows):
+    return Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")

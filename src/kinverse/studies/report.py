@@ -10,6 +10,7 @@ from pathlib import Path
 from kinverse.files import write_atomically
 from kinverse.studies.cell import Row
 from kinverse.studies.machine import machine
+from kinverse.studies.places import places
 from kinverse.studies.shown import as_csv, columns, is_numeric, shown
 from kinverse.studies.study_run import StudyRun
 from kinverse.studies.table import Picture, Table, Verdict
@@ -34,7 +35,8 @@ COLOURS = {
 def write_report(run: StudyRun, out: str | Path) -> Path:
     """Write ``OUT/NAME/index.html`` and ``OUT/NAME/TABLE.csv`` for every table.
 
-    A run of some tables only is written to ``OUT/NAME/TABLES.html``, beside the whole page.
+    A quick run is written to ``OUT/NAME/quick``, one of some tables only to a folder
+    ``table-TABLES`` beside the whole page: neither alters the whole page or its CSV files.
 
     Args:
         run: of ``kinverse.studies.runner.run``.
@@ -49,13 +51,13 @@ def write_report(run: StudyRun, out: str | Path) -> Path:
     Example:
         >>> [ours] = run("jha2015", quick=True, out="studies")
         >>> write_report(ours, "studies")
-        PosixPath('studies/jha2015/index.html')
+        PosixPath('studies/jha2015/quick/index.html')
     """
-    folder = Path(out) / run.study.name
+    folder = places(out, run.study.name, run.quick, run.asked).pages
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in run.tables.items():
         write_atomically(folder / f"{name}.csv", as_csv(table.rows))
-    path = folder / f"{'-'.join(run.asked) if run.asked else 'index'}.html"
+    path = folder / "index.html"
     write_atomically(path, page(run))
     return path
 
