@@ -208,5 +208,19 @@ def test_a_run_of_one_table_is_in_a_folder_of_its_name(tmp_path):
     assert "A quick run" in page.read_text()
 
 
+@pytest.mark.parametrize("quick", [False, True])
+def test_a_quick_run_says_so_in_its_heading_and_beside_every_verdict(tmp_path, quick):
+    study = work.study_of(*(TableSpec(name, "", lambda q: [], toy) for name in "ab"))
+    [run] = run_studies([(study, study.tables)], quick=quick, out=tmp_path)
+    text = write_report(run, tmp_path).read_text()
+    caution = "quick run, not for conclusions"
+    assert (f"<h1>A toy ({caution})</h1>" in text) == quick
+    assert (f"<title>toy: A toy ({caution})</title>" in text) == quick
+    verdict = '<span class="verdict badge good">reproduced</span>'
+    beside = f'{verdict} <span class="badge caution">{caution}</span>'
+    assert text.count(verdict) == 4  # two tables, each in the list and in its section
+    assert text.count(beside) == (4 if quick else 0)
+
+
 def toy(rows):
     return Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")

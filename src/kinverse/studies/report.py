@@ -13,7 +13,7 @@ from kinverse.studies.machine import machine
 from kinverse.studies.places import places
 from kinverse.studies.shown import as_csv, columns, is_numeric, shown
 from kinverse.studies.study_run import StudyRun
-from kinverse.studies.table import Picture, Table, Verdict
+from kinverse.studies.table import CAUTION, Picture, Table, Verdict
 
 __all__ = ["write_report"]
 
@@ -66,24 +66,26 @@ def page(run: StudyRun) -> str:
     """The whole page."""
     study = run.study
     style = resources.files("kinverse.studies").joinpath("report.css").read_text(encoding="utf-8")
+    title = f"{study.title} ({CAUTION})" if run.quick else study.title
+    sections = "".join(_section(name, table, run.quick) for name, table in run.tables.items())
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(study.name)}: {escape(study.title)}</title>
+<title>{escape(study.name)}: {escape(title)}</title>
 <style>
 {style}</style>
 </head>
 <body>
 <header>
-<h1>{escape(study.title)}</h1>
+<h1>{escape(title)}</h1>
 <p class="source">{escape(study.source)}</p>
 <p>{escape(_total(run))}</p>
 </header>
 <main>
 {_failures(run)}{_contents(run)}
-{"".join(_section(name, table) for name, table in run.tables.items())}{_method(run)}</main>
+{sections}{_method(run)}</main>
 </body>
 </html>
 """
@@ -109,7 +111,8 @@ def _failures(run: StudyRun) -> str:
 
 def _contents(run: StudyRun) -> str:
     items = "".join(
-        f'<li><a href="#t-{escape(name)}">{escape(table.title)}</a>{_badge(table.verdict)}</li>\n'
+        f'<li><a href="#t-{escape(name)}">{escape(table.title)}</a>'
+        f"{_badges(table, run.quick)}</li>\n"
         for name, table in run.tables.items()
     )
     return f"""<nav aria-label="Tables">
@@ -120,15 +123,19 @@ def _contents(run: StudyRun) -> str:
 </nav>"""
 
 
-def _badge(verdict: Verdict) -> str:
-    return f'<span class="verdict badge {COLOURS[verdict]}">{escape(verdict)}</span>'
+def _badges(table: Table, quick: bool) -> str:
+    """The verdict, and beside it what it does not rest on."""
+    verdict = table.verdict
+    badge = f'<span class="verdict badge {COLOURS[verdict]}">{escape(verdict)}</span>'
+    caution = f' <span class="badge caution">{CAUTION}</span>'
+    return f"<span>{badge}{caution if quick else ''}</span>"
 
 
-def _section(name: str, table: Table) -> str:
+def _section(name: str, table: Table, quick: bool) -> str:
     notes = "".join(f"<p>{escape(part)}</p>\n" for part in table.note.split("\n\n") if part)
     return f"""<section id="t-{escape(name)}">
 <h2>{escape(table.title)}</h2>
-<p>{_badge(table.verdict)} {escape(table.residual)}</p>
+<p>{_badges(table, quick)} {escape(table.residual)}</p>
 {notes}{_table(name, table)}
 {"".join(_figure(picture) for picture in table.pictures)}</section>
 """
@@ -185,7 +192,7 @@ def _data_uri(picture: Picture) -> str:
 
 def _method(run: StudyRun) -> str:
     facts = {
-        "run": "quick: few repetitions, not for conclusions" if run.quick else "full",
+        "run": "quick: few repetitions" if run.quick else "full",
         "seeds": "arguments of the cells: " + (_seeds(run) or "no cell draws random numbers"),
         "threads": "one BLAS thread in each process",
         **machine(),
