@@ -123,7 +123,7 @@ def test_pictures_have_their_words(made):
 
 def test_tables_have_captions_and_scopes(made):
     page = Page(made[2])
-    assert len(page.all("caption")) == len(page.all("table")) == 3
+    assert len(page.all("caption")) == len(page.all("table")) == 4
     assert all(attrs["scope"] in ("col", "row") for attrs in page.all("th"))
     assert "Table t.1: 4 rows" in page.words()
 
@@ -160,6 +160,40 @@ def test_csv_has_all_digits_and_empty_for_unknown(made):
     text = (made[1].parent / "t.1.csv").read_text()
     rows = list(csv.DictReader(text.splitlines()))
     assert rows[3] == {"name": "<5>", "error, mm": "2.5", "solved": "True", "lost": ""}
+
+
+def test_every_row_of_the_cells_is_in_a_csv_file_of_their_function(made):
+    text = (made[1].parent / "cells-test_report.seeded.csv").read_text()
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [row["cell"] for row in rows] == ["s0", "s1", "s2", "s5"]
+    assert [row["argument seed"] for row in rows] == ["0", "1", "2", "5"]
+    assert [row["error, mm"] for row in rows] == ["0.0", "0.5", "1.0", "2.5"]
+    links = [attrs["href"] for attrs in Page(made[2]).all("a")]
+    assert "cells-test_report.seeded.csv" in links and "cells-test_report.many.csv" in links
+
+
+def test_the_machines_are_those_of_the_cells(made, tmp_path):
+    """As after a cluster, or a folder that was taken elsewhere."""
+    from dataclasses import replace
+
+    cells = work.cells(work.squares, tmp_path / "log", count=3)
+    study = work.study_of(work.table_of("t", cells))
+    [run] = run_studies([(study, study.tables)], quick=False, out=tmp_path)
+    facts = {"processor": "Abacus", "kinverse": "0.0.7"}
+    cell, done = run.cells["squares-1"]
+    moved = replace(done, machine=facts, date="1999-12-31 23:59")
+    run = replace(run, cells={**run.cells, "squares-1": (cell, moved)})
+    words = Page(write_report(run, tmp_path).read_text()).words()
+    assert re.search(r"Abacus\s*1\s*1999-12-31 23:59\s*1999-12-31 23:59", words)
+    assert "0.0.7" in words
+    again = go_on(study, tmp_path).cells["squares-0"][1]
+    assert again == run.cells["squares-0"][1]  # as it was computed: seconds, machine and date
+
+
+def go_on(study, out):
+    [run] = run_studies([(study, study.tables)], quick=False, out=out)
+    assert run.computed == 0
+    return run
 
 
 def test_a_heavy_picture_becomes_a_bitmap(tmp_path):

@@ -1,13 +1,14 @@
 """Where the files of a run go: each kind of run has folders of its own, and alters no other's."""
 
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from kinverse.errors import InputError
 
-__all__ = ["Places", "places"]
+__all__ = ["Places", "places", "rows_file"]
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Places:
     cells: Path
     pages: Path
 
-    def check(self, cells: Iterable[str], tables: Iterable[str]) -> None:
+    def check(self, cells: Iterable[str], pages: Iterable[str]) -> None:
         """Make the folders, and see that files of these names can be written there.
 
         Raises:
@@ -30,9 +31,8 @@ class Places:
         """
         for folder in (self.cells, self.pages):
             _check_folder(folder)
-        files = [self.cells / f"{name}.json" for name in cells]
-        files += [self.pages / f"{name}.csv" for name in tables]
-        for file in (*files, self.pages / "index.html"):
+        files = (*(self.cells / name for name in cells), *(self.pages / name for name in pages))
+        for file in files:
             if file.exists() and not file.is_file():
                 raise InputError(f"{file} has to be a file and is none: remove it")
 
@@ -52,6 +52,17 @@ def places(out: str | Path, study: str, quick: bool, asked: Sequence[str] = ()) 
     """
     root = Path(out) / study / "quick" if quick else Path(out) / study
     return Places(root / "cells", root / f"table-{'-'.join(asked)}" if asked else root)
+
+
+def rows_file(function: Callable[..., Any]) -> str:
+    """Name of the CSV file with the rows of all cells of a function.
+
+    Example:
+        >>> rows_file(search)
+        'cells-jha2015.swarm.search.search.csv'
+    """
+    module = function.__module__.removeprefix("kinverse.studies.")
+    return f"cells-{module}.{function.__qualname__}.csv"
 
 
 def _check_folder(folder: Path) -> None:

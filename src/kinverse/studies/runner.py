@@ -12,7 +12,8 @@ from pathlib import Path
 from kinverse.errors import InputError, KinverseError, MissingExtra
 from kinverse.studies.cell import Cell
 from kinverse.studies.cell_file import Finished, check_rows, fingerprint, read_cell, write_cell
-from kinverse.studies.places import places
+from kinverse.studies.machine import machine, now
+from kinverse.studies.places import places, rows_file
 from kinverse.studies.registry import choose_tables, load_study, study_names
 from kinverse.studies.sources import source_hash
 from kinverse.studies.study import Study
@@ -83,7 +84,9 @@ def run_studies(
     works: dict[str, _Work] = {}
     for (study, specs), cells in zip(chosen, plans, strict=True):
         where = places(out, study.name, quick, _asked(study, specs))
-        where.check(cells, [spec.name for spec in specs])
+        tables = {f"{spec.name}.csv" for spec in specs}
+        rows = {rows_file(cell.function) for cell in cells.values()}
+        where.check((f"{name}.json" for name in cells), {"index.html", *tables, *rows})
         for cell in cells.values():
             work = works.setdefault(mark(cell), _Work(cell))
             work.files.append((where.cells / f"{cell.name}.json", cell))
@@ -166,7 +169,7 @@ def _compute(mark: str, cell: Cell) -> tuple[str, Finished | Failure]:
             rows = check_rows(cell.function(**cell.arguments))
     except Exception as error:
         return mark, _failure(f"cell {cell.name}", error)
-    return mark, Finished(rows, time.process_time() - start)
+    return mark, Finished(rows, time.process_time() - start, machine(), now())
 
 
 def _tables(
