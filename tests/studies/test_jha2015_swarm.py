@@ -171,7 +171,12 @@ def test_joints_and_populations_make_tables_and_pictures(made):
     [picture] = table.pictures
     assert picture.alt and picture.draw().axes
     joints = specs()["7.26-joints"].build(rows)
-    assert joints.rows[0]["X wanted / reached [mm]"].startswith("102.86 / ")
+    first, f = joints.rows[0], specs()["7.26"].build(rows).rows[0]["f, median [mm]"]
+    assert first["X wanted [mm]"] == pytest.approx(102.86)
+    reached = [first[f"{axis} reached [mm]"] for axis in "XYZ"]
+    wanted = [first[f"{axis} wanted [mm]"] for axis in "XYZ"]
+    assert all(isinstance(value, float) for value in reached)
+    assert np.linalg.norm(np.subtract(reached, wanted)) == pytest.approx(f)
     assert len(joints.pictures[0].draw().axes) == 5
 
 

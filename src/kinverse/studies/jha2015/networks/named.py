@@ -14,8 +14,8 @@ from kinverse.studies.jha2015.networks.sets import (
     Floor,
     floor_cell,
     floor_of,
+    known_quartiles,
     output_names,
-    quartiles,
     squared_units,
 )
 from kinverse.studies.jha2015.networks.training import train_network
@@ -112,8 +112,8 @@ def _regression(cells: dict[str, list[Row]]) -> Table:
     for label in labels:
         for k, name in enumerate(output_names(each.geometry)):
             mine = errors_of(cells, arm, label, name)
-            r, trained = quartiles(mine, "r_test"), quartiles(mine, "r_training")
-            mse = quartiles(mine, "test")
+            r, trained = known_quartiles(mine, "r_test"), known_quartiles(mine, "r_training")
+            mse = known_quartiles(mine, "test")
             most = None if label == SWEPT else _best_r(floors[name])
             above += label == "MLP" and most is not None and bool(told[k, 0] > most)
             reached += label == SWEPT and r is not None and bool(r[1] >= told[k, 0])
@@ -212,8 +212,8 @@ def _compare(table: str, cells: dict[str, list[Row]]) -> Table:
         values = told.numbers([columns[kind]])[:, 0].tolist()
         for k, name in enumerate(output_names(each.geometry)):
             floor = floors[name]
-            mse = quartiles(errors_of(cells, arm, label, name), "test")
-            trained = quartiles(errors_of(cells, arm, label, name), "training")
+            mse = known_quartiles(errors_of(cells, arm, label, name), "test")
+            trained = known_quartiles(errors_of(cells, arm, label, name), "training")
             turns = floor.scaled is not None
             if label in ("MLP", "ANFIS, bells, order 0") and floor.scaled is not None:
                 compared += 1

@@ -27,6 +27,7 @@ from kinverse.studies.jha2015.swarm.cells import (
 )
 from kinverse.studies.jha2015.swarm.pictures import joints_picture
 from kinverse.studies.jha2015.swarm.populations import population_table
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -49,7 +50,7 @@ def _values(task: ArmTask, cells: CellRows) -> Table:
                 mine = [row for row in found if row["position"] == position]
                 f = numbers(mine, "f")
                 every.append(f)
-                low, high = np.quantile(f, (0.25, 0.75)).tolist()
+                low, _, high = quartiles(f)
                 rows.append(
                     {
                         "geometry": name,
@@ -123,7 +124,7 @@ def _read(task: ArmTask) -> str:
 def _joints(task: ArmTask, cells: CellRows) -> Table:
     rows: list[Row] = []
     offs: list[float] = []
-    targets = task.targets / METRES[task.unit]
+    targets = (task.targets / METRES[task.unit]).tolist()
     for name in task.geometries:
         robot = geometry(name)
         columns, units = joint_columns(robot, task.unit), joint_units(robot, task.unit)
@@ -141,11 +142,10 @@ def _joints(task: ArmTask, cells: CellRows) -> Table:
                         "algorithm": algorithm,
                         **dict(zip(columns, (joints / units).tolist(), strict=True)),
                         **{
-                            f"{axis} wanted / reached [{task.unit}]": (
-                                f"{targets[position, k]:.2f} / {row[axis.lower()]:.4f}"
-                            )
+                            f"{axis} wanted [{task.unit}]": targets[position][k]
                             for k, axis in enumerate("XYZ")
                         },
+                        **{f"{axis} reached [{task.unit}]": row[axis.lower()] for axis in "XYZ"},
                         "off a solution [rad or m]": row["off"],
                     }
                 )
