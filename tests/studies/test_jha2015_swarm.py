@@ -7,10 +7,11 @@ import oracle
 from kinverse.errors import InputError
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015 import swarm
-from kinverse.studies.jha2015.geometries import GEOMETRIES, METRES, geometry
+from kinverse.studies.jha2015.geometries import GEOMETRIES, geometry
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS, printed_answers
 from kinverse.studies.jha2015.swarm.cells import POPULATIONS, cells_of
 from kinverse.studies.jha2015.swarm.search import search, search_times
+from kinverse.studies.jha2015.units import METRES
 from kinverse.studies.table import Verdict
 
 NAMES = sorted({name for task in ARMS.values() for name in task.geometries})

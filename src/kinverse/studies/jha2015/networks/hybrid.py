@@ -19,6 +19,7 @@ from kinverse.studies.jha2015.networks.sets import (
     squared_units,
 )
 from kinverse.studies.jha2015.networks.training import SWARM_METHODS, train_network
+from kinverse.studies.jha2015.printed_values import ROUNDING
 from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
@@ -49,8 +50,6 @@ TWO_LAYERS = (
     " The printed configuration has two hidden layers, the errors stand beside one number of nodes:"
     " one layer here."
 )
-TINY = 1e-30
-"""The square of a rounding error of 1 rad is about 5e-32."""
 
 
 def hidden_of(each: Configuration) -> list[int]:
@@ -143,7 +142,7 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
     values = np.array(list(told.values()))
     small = (
         f"{int((values == 0).sum())} of {len(values)} printed errors are zero,"
-        f" {int(((values > 0) & (values < TINY)).sum())} others below {TINY:g}"
+        f" {int(((values > 0) & (values < ROUNDING)).sum())} others below {ROUNDING:g}"
     )
     if part == "test":
         below, compared = _below(told, floors)

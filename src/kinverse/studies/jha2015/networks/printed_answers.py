@@ -7,7 +7,7 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.geometries import geometry
-from kinverse.studies.jha2015.networks.named import errors_of, named_cells
+from kinverse.studies.jha2015.networks.scara_5r import errors_of, scara_5r_cells
 from kinverse.studies.jha2015.networks.sets import CONFIGURATIONS, known_quartiles, output_names
 from kinverse.studies.table import Table, TableSpec, Verdict
 
@@ -68,7 +68,7 @@ TABLES: tuple[TableSpec, ...] = (
     TableSpec(
         "7.3",
         "Printed joint values beside the printed perceptron's, SCARA, table 7.3",
-        partial(named_cells, ARM, (NETWORK,)),
+        partial(scara_5r_cells, ARM, (NETWORK,)),
         _build,
     ),
 )

@@ -9,8 +9,9 @@ import kinverse as kv
 from kinverse import se3
 from kinverse.optimizers import History, Run, make_optimizer
 from kinverse.studies.cell import Row
-from kinverse.studies.jha2015.geometries import METRES, geometry
+from kinverse.studies.jha2015.geometries import geometry
 from kinverse.studies.jha2015.positions import ARMS, ArmTask
+from kinverse.studies.jha2015.units import METRES
 
 __all__ = ["search", "search_times"]
 

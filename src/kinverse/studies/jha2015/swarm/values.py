@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.studies.cell import Row
-from kinverse.studies.jha2015.geometries import METRES, geometry, geometry_source
+from kinverse.studies.jha2015.geometries import geometry, geometry_source
 from kinverse.studies.jha2015.positions import (
     ALGORITHMS,
     ARMS,
     ArmTask,
-    joint_columns,
+    joint_headings,
     joint_units,
     printed_answers,
 )
@@ -27,6 +27,7 @@ from kinverse.studies.jha2015.swarm.cells import (
 )
 from kinverse.studies.jha2015.swarm.pictures import joints_picture
 from kinverse.studies.jha2015.swarm.populations import population_table
+from kinverse.studies.jha2015.units import METRES
 from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
@@ -127,7 +128,7 @@ def _joints(task: ArmTask, cells: CellRows) -> Table:
     targets = (task.targets / METRES[task.unit]).tolist()
     for name in task.geometries:
         robot = geometry(name)
-        columns, units = joint_columns(robot, task.unit), joint_units(robot, task.unit)
+        columns, units = joint_headings(robot, task.unit), joint_units(robot, task.unit)
         for position in range(5):
             for algorithm in ALGORITHMS:
                 found = answers_of(cells, task, name, algorithm)

@@ -24,7 +24,7 @@ from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SWEPT", "TABLES", "errors_of", "named_cells"]
+__all__ = ["SWEPT", "TABLES", "errors_of", "scara_5r_cells"]
 
 HIDDEN = "10-10"
 """Two hidden layers are printed, their units are not."""
@@ -61,10 +61,10 @@ NETWORKS = {
 def _name(arm: str, label: str) -> str:
     network, as_text, swept = NETWORKS[label]
     drawn = "swept-" * swept + ("text" if as_text else "table")
-    return f"network-named-{arm}-{network.replace(':', '-')}-{drawn}"
+    return f"network-{arm}-{network.replace(':', '-')}-{drawn}"
 
 
-def named_cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
+def scara_5r_cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
     """The trainings of an arm's networks, and the least errors of any function."""
     each = CONFIGURATIONS[arm]
     cells = []
@@ -260,20 +260,20 @@ TABLES: tuple[TableSpec, ...] = (
     TableSpec(
         "7.4",
         "Regression of the perceptron on the SCARA arm, table 7.4",
-        partial(named_cells, "SCARA", REGRESSION),
+        partial(scara_5r_cells, "SCARA", REGRESSION),
         _regression,
         covers=("fig-7.10",),
     ),
     TableSpec(
         "7.6",
         "Perceptron and ANFIS on the SCARA arm, table 7.6",
-        partial(named_cells, "SCARA", _ALL),
+        partial(scara_5r_cells, "SCARA", _ALL),
         partial(_compare, "7.6"),
     ),
     TableSpec(
         "7.10",
         "Perceptron and ANFIS on the 5R arm, table 7.10",
-        partial(named_cells, "Pioneer2_5R", _ALL),
+        partial(scara_5r_cells, "Pioneer2_5R", _ALL),
         partial(_compare, "7.10"),
     ),
 )
