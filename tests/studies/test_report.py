@@ -143,10 +143,27 @@ def test_what_failed_is_on_the_page(made):
 
 def test_method_tells_seeds_versions_and_machine(made):
     words = Page(made[2]).words()
-    assert "0-2, 5" in words and "one BLAS thread" in words and "cores" in words
+    assert "seed 0-2, 5" in words and "one BLAS thread" in words and "cores" in words
     for name in ("kinverse", "numpy", "Python", "processor", "UTC"):
         assert name in words
     assert re.search(r"test_report.seeded\s*4", words)
+
+
+def counted(seeds, solver_seed):
+    return [{"k": k} for k in range(seeds)]
+
+
+def test_counts_of_seeds_and_seeds_that_are_no_arguments_are_told(tmp_path):
+    from dataclasses import replace
+
+    cells = [Cell("c", counted, {"seeds": 4, "solver_seed": 9})]
+    table = TableSpec(
+        "t", "", lambda q: cells, lambda rows: Table("T", rows["c"], Verdict.OURS, "")
+    )
+    study = replace(work.study_of(table), seeds={"weights": "4100 + seed"})
+    [run] = run_studies([(study, study.tables)], quick=False, out=tmp_path)
+    words = Page(write_report(run, tmp_path).read_text()).words()
+    assert "seed 0-3; solver seed 9; weights 4100 + seed; what has no seed here" in words
 
 
 def test_long_tables_are_cut_on_the_page_only(made):

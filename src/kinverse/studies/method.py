@@ -17,7 +17,7 @@ def method(run: StudyRun) -> str:
     """The section: what was run, with which seeds, where and for how long."""
     facts = {
         "run": "quick: few repetitions" if run.quick else "full",
-        "seeds": "arguments of the cells: " + (_seeds(run) or "no cell draws random numbers"),
+        "seeds": _seeds(run),
         "threads": "one BLAS thread in each process",
         "page": f"written {now()} UTC by kinverse {machine()['kinverse']}",
     }
@@ -56,13 +56,19 @@ def _links(run: StudyRun) -> str:
 
 
 def _seeds(run: StudyRun) -> str:
-    seeds = {
-        value
-        for cell, _ in run.cells.values()
-        for name, value in cell.arguments.items()
-        if name == "seed" or name.endswith("_seed")
-    }
-    return _ranges(value for value in seeds if isinstance(value, int))
+    """Arguments of the cells that are seeds, and what is drawn from others."""
+    found: dict[str, set[int]] = {}
+    for cell, _ in run.cells.values():
+        for name, value in cell.arguments.items():
+            if isinstance(value, int) and (name == "seed" or name.endswith("_seed")):
+                found.setdefault(name.replace("_", " "), set()).add(value)
+            elif isinstance(value, int) and name == "seeds":  # so many, counted from 0
+                found.setdefault("seed", set()).update(range(value))
+    parts = [f"{name} {_ranges(values)}" for name, values in found.items()]
+    parts += [f"{what} {seeds}" for what, seeds in run.study.seeds.items()]
+    if not parts:
+        return "nothing is drawn with a seed of the study"
+    return "; ".join(parts) + "; what has no seed here: the library's fixed one"
 
 
 def _ranges(values: Iterable[int]) -> str:

@@ -4,10 +4,10 @@ from kinverse.studies.cell import Cell, Row, Value
 from kinverse.studies.rows import select
 from kinverse.studies.study import Study
 from kinverse.studies.summary.answers import ENOUGH, answer
-from kinverse.studies.summary.arms import CASES, SITUATIONS
+from kinverse.studies.summary.arms import CASES, REACH_SEED, SITUATIONS
 from kinverse.studies.summary.methods import BUDGET, FAMILIES, TOLERANCE
 from kinverse.studies.summary.pictures import solved_figure, time_against_error
-from kinverse.studies.summary.race import TIMED_TOGETHER, race
+from kinverse.studies.summary.race import TARGET_STREAM, TIMED_TOGETHER, race
 from kinverse.studies.summary.tables import by_arm, by_situation, cannot_spend, overall
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
@@ -145,6 +145,11 @@ def _solved_words(rows: list[Row]) -> str:
 STUDY = Study(
     name="summary",
     title="All methods on all arms: which to use when",
+    seeds={
+        "targets": f"the stream [{TARGET_STREAM}, target seed]",
+        "solvers": f"{SOLVER_SEED} + target seed, which is the solver seed",
+        "reach of an arm": f"{REACH_SEED}",
+    },
     source="Arms of the four source documents and of today; targets and figures of our own",
     tables=(
         TableSpec("when", "Which method to use when", _cells, _answers_table),

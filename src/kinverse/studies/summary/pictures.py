@@ -48,11 +48,11 @@ def time_against_error(rows: list[Row], enough: float) -> "Figure":
     axes.set_ylim(LEAST / 10, 10.0)
     low, high = min(x for x, _ in points), max(x for x, _ in points)
     axes.set_xlim(low / 2, high * 6)
-    for height, text in (
-        (TOLERANCE / 2, f"about the tolerance of {TOLERANCE:g} m and rad"),
-        (LEAST / 2, f"{LEAST:g} or less"),
+    for x, side, height, text in (
+        (low / 1.8, "left", TOLERANCE, f"about the tolerance of {TOLERANCE:g} m and rad"),
+        (high * 5, "right", LEAST, f"{LEAST:g} or less"),
     ):
-        axes.text(high * 5, height, text, ha="right", va="top", fontsize=8, color="0.4")
+        axes.text(x, height / 2, text, ha=side, va="top", fontsize=8, color="0.4")
     axes.set_xlabel("processor time a pose [ms]")
     axes.set_ylabel("error that 95 % of the poses stay below [reach, rad]")
     for family, (colour, marker) in STYLES.items():

@@ -13,6 +13,8 @@ from kinverse.studies.rows import quartiles
 
 __all__ = [
     "CONFIGURATIONS",
+    "DATA_SEED",
+    "FLOOR_SEED",
     "Configuration",
     "Floor",
     "draw",
