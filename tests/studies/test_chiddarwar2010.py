@@ -209,6 +209,11 @@ def test_table_3_takes_the_worst_joint_and_every_method():
 
 def test_spread_is_median_and_quartiles():
     assert spread_of([1.0, 2.0, 3.0, 4.0, 5.0]) == Spread(3.0, 2.0, 4.0, 5)
+    assert spread_of([1.0, 2.0, 3.0]).columns("rms") == {
+        "rms": 2.0,
+        "rms, lower quartile": 1.5,
+        "rms, upper quartile": 2.5,
+    }
     with pytest.raises(ValueError, match="no values"):
         spread_of([])
     with pytest.raises(TypeError, match="'rms' holds None"):

@@ -47,6 +47,7 @@ def test_tables_are_printed_and_written(capsys, tmp_path, toy):
 def test_one_table(capsys, tmp_path, toy):
     code, out, _ = said(capsys, "toy", "--table", "b", "--out", tmp_path, "--quick", "--jobs", 1)
     assert code == 0 and "table b" in out and "table a" not in out
+    assert "ours, nothing printed (quick run, not for conclusions): 0 mm at most" in out
 
 
 def test_wide_and_long_tables_are_cut_and_say_where_the_rest_is(capsys, tmp_path, toy):

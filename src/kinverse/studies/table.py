@@ -10,7 +10,10 @@ from kinverse.studies.cell import Cell, Row
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "Table", "TableSpec", "Verdict"]
+__all__ = ["CAUTION", "Picture", "Table", "TableSpec", "Verdict"]
+
+CAUTION = "quick run, not for conclusions"
+"""Beside every verdict of a quick run."""
 
 
 class Verdict(StrEnum):

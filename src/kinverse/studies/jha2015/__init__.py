@@ -10,6 +10,10 @@ from kinverse.studies.jha2015 import (
     networks,
     swarm,
 )
+from kinverse.studies.jha2015.conventional import POSES_SEED
+from kinverse.studies.jha2015.networks.sets import DATA_SEED, FLOOR_SEED
+from kinverse.studies.jha2015.networks.training import NETWORK_SEED
+from kinverse.studies.jha2015.swarm.search import REFERENCE_SEED, SEARCH_SEED
 from kinverse.studies.study import Study
 from kinverse.studies.table import TableSpec
 
@@ -39,4 +43,13 @@ STUDY = Study(
     source="P. Jha, Inverse kinematic analysis of robot manipulators, PhD thesis, National"
     " Institute of Technology Rourkela, 2015",
     tables=tuple(sorted(TABLES, key=_place)),
+    seeds={
+        "rows of networks": f"{DATA_SEED} + seed",
+        "first weights": f"{NETWORK_SEED} + seed",
+        "rows of the least errors": f"{DATA_SEED} + {FLOOR_SEED} and one more",
+        "searches": f"{SEARCH_SEED} with the key (position, seed)",
+        "descents to the nearest solution": f"{REFERENCE_SEED}",
+        "poses of table 7.39": f"{POSES_SEED}",
+        "times of table 7.41": f"{SEARCH_SEED} with the key (position, 0)",
+    },
 )

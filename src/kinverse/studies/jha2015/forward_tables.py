@@ -10,7 +10,7 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.arms import source
 from kinverse.studies.jha2015.forward_kinematics import CASES, Case
-from kinverse.studies.jha2015.geometries import METRES
+from kinverse.studies.jha2015.units import METRES
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]

@@ -9,10 +9,7 @@ from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.studies.jha2015.arms import arm, source
 
-__all__ = ["GEOMETRIES", "METRES", "geometry", "geometry_source"]
-
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-"""One of a printed unit [m]."""
+__all__ = ["GEOMETRIES", "geometry", "geometry_source"]
 
 
 @dataclass(frozen=True)

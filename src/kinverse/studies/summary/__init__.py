@@ -4,10 +4,10 @@ from kinverse.studies.cell import Cell, Row, Value
 from kinverse.studies.rows import select
 from kinverse.studies.study import Study
 from kinverse.studies.summary.answers import ENOUGH, answer
-from kinverse.studies.summary.arms import CASES, SITUATIONS
+from kinverse.studies.summary.arms import CASES, REACH_SEED, SITUATIONS
 from kinverse.studies.summary.methods import BUDGET, FAMILIES, TOLERANCE
 from kinverse.studies.summary.pictures import solved_figure, time_against_error
-from kinverse.studies.summary.race import TIMED_TOGETHER, race
+from kinverse.studies.summary.race import TARGET_STREAM, TIMED_TOGETHER, race
 from kinverse.studies.summary.tables import by_arm, by_situation, cannot_spend, overall
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
@@ -53,7 +53,9 @@ def _how(rows: list[Row]) -> str:
         " bounded by it. Solved: an answer within"
         f" {TOLERANCE:g} m (and {TOLERANCE:g} rad for poses) and inside the limits, by forward"
         " kinematics in plain NumPy, and no answer that is not. Targets are poses of joint values"
-        " drawn evenly inside the limits, from seeds that no solver uses. Time is processor time of"
+        " drawn evenly inside the limits, from seeds that no solver uses. The reach, by"
+        " which position errors of small and large arms are compared, is the largest distance of"
+        " the tool from the first joint. Time is processor time of"
         f" one thread in a batch (of {TIMED_TOGETHER:,} poses; population methods: of the"
         " targets), without training."
     )
@@ -83,7 +85,8 @@ def _overview_table(rows: dict[str, list[Row]]) -> Table:
     whole = overall(every)
     picture = Picture(
         "Which method to use when: time against error, all arms",
-        "Processor time a pose against the error that 95 % of the poses stay below, one marker a"
+        "Processor time a pose against the error that 95 % of the poses stay below, the greater of"
+        " the position's as a share of the arm's reach and the rotation's in rad, one marker a"
         " method: " + _time_words(whole),
         lambda: time_against_error(whole, ENOUGH),
     )
@@ -122,15 +125,17 @@ def _answers_table(rows: dict[str, list[Row]]) -> Table:
 def _time_words(rows: list[Row]) -> str:
     found = [row for row in rows if row["time a pose, ms"] is not None]
     told = (
-        f"{row['method']} {row['time a pose, ms']:.2g} ms"
-        + (
-            f" and {row['error, 95 % below, m + rad']:.1g} m + rad"
-            if row["error, 95 % below, m + rad"] is not None
-            else " and no bound"
-        )
-        for row in found
+        f"{row['method']} {row['time a pose, ms']:.2g} ms, {_error_words(row)}" for row in found
     )
-    return ", ".join(told) + "."
+    return "; ".join(told) + "."
+
+
+def _error_words(row: Row) -> str:
+    far = row["position error, 95 % below, % of reach"]
+    turned = row["rotation error, 95 % below, deg"]
+    if far is None or turned is None:
+        return "no bound"
+    return f"{far:.1g} % of the reach and {turned:.1g} deg"
 
 
 def _solved_words(rows: list[Row]) -> str:
@@ -140,6 +145,11 @@ def _solved_words(rows: list[Row]) -> str:
 STUDY = Study(
     name="summary",
     title="All methods on all arms: which to use when",
+    seeds={
+        "targets": f"the stream [{TARGET_STREAM}, target seed]",
+        "solvers": f"{SOLVER_SEED} + target seed, which is the solver seed",
+        "reach of an arm": f"{REACH_SEED}",
+    },
     source="Arms of the four source documents and of today; targets and figures of our own",
     tables=(
         TableSpec("when", "Which method to use when", _cells, _answers_table),

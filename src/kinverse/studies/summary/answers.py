@@ -46,8 +46,7 @@ def answer(situation: str, rows: list[Row], arms: Iterable[str] = ()) -> Row:
         f"of the population methods alone {best['method']} solves most,"
         f" a median of {_value(best, 'solved, %'):.3g} % in {_time(best)}"
     )
-    network = by_name[NETWORK]["error, m + rad"]
-    parts.append(f"a network alone is {_float(network, float('inf')):.2g} m + rad off")
+    parts.append(f"a network alone is {_off(by_name[NETWORK])} off")
     return {
         "situation": situation,
         "arms": ", ".join(arms),
@@ -56,6 +55,12 @@ def answer(situation: str, rows: list[Row], arms: Iterable[str] = ()) -> Row:
         "for every branch": most["method"] if most and has_many else None,
         "answer": f"Where {_where(situation)}, use {'; '.join(parts)}.",
     }
+
+
+def _off(row: Row) -> str:
+    far, turned = row["position error, median, % of reach"], row["rotation error, median, deg"]
+    told = f"{_float(far, float('inf')):.3g} % of the arm's reach"
+    return told if turned is None else f"{told} and {_float(turned, 0.0):.3g} deg"
 
 
 def _where(situation: str) -> str:

@@ -3,9 +3,9 @@
 from kinverse.studies.jha2015.networks import (
     configurations,
     hybrid,
-    named,
     planar,
     printed_answers,
+    scara_5r,
     times,
 )
 
@@ -15,7 +15,7 @@ TABLES = (
     *planar.TABLES,
     *configurations.TABLES,
     *printed_answers.TABLES,
-    *named.TABLES,
+    *scara_5r.TABLES,
     *hybrid.TABLES,
     *times.TABLES,
 )

@@ -14,11 +14,13 @@ from kinverse.studies.jha2015.networks.sets import (
     Floor,
     floor_cell,
     floor_of,
+    known_quartiles,
     output_names,
-    quartiles,
     squared_units,
 )
 from kinverse.studies.jha2015.networks.training import SWARM_METHODS, train_network
+from kinverse.studies.jha2015.printed_values import ROUNDING
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = [
@@ -48,8 +50,6 @@ TWO_LAYERS = (
     " The printed configuration has two hidden layers, the errors stand beside one number of nodes:"
     " one layer here."
 )
-TINY = 1e-30
-"""The square of a rounding error of 1 rad is about 5e-32."""
 
 
 def hidden_of(each: Configuration) -> list[int]:
@@ -127,12 +127,12 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
         for hidden in sorted(found["gdm"]):
             row: Row = {"joint": output, "unit": units[k], "hidden": hidden}
             for method, title in METHODS.items():
-                mse = quartiles(found[method][hidden], part)
+                mse = known_quartiles(found[method][hidden], part)
                 row[title] = mse and mse[1] * factor
                 row[f"{title} printed"] = told.get((output, title, hidden))
             if any(title == ANFIS_PRINTED for _, title, _ in told):
                 [mine] = fuzzy.values()
-                mse = quartiles(mine, part)
+                mse = known_quartiles(mine, part)
                 row[ANFIS_PRINTED] = mse and mse[1] * factor
                 row[f"{ANFIS_PRINTED} printed"] = told.get((output, ANFIS_PRINTED, hidden))
             if part == "test":
@@ -142,7 +142,7 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
     values = np.array(list(told.values()))
     small = (
         f"{int((values == 0).sum())} of {len(values)} printed errors are zero,"
-        f" {int(((values > 0) & (values < TINY)).sum())} others below {TINY:g}"
+        f" {int(((values > 0) & (values < ROUNDING)).sum())} others below {ROUNDING:g}"
     )
     if part == "test":
         below, compared = _below(told, floors)
@@ -196,7 +196,7 @@ def _summary(arm: str, cells: CellRows) -> Table:
         for hidden, found in sorted(hybrid_rows(cells, arm, method, None).items()):
             turning = [row for row in found if str(row["output"]).startswith("theta")]
             test, training = (_pooled(turning, part) for part in ("test", "training"))
-            seconds = quartiles(found, "seconds")
+            seconds = known_quartiles(found, "seconds")
             rows.append(
                 {
                     "network": title,
@@ -231,8 +231,7 @@ def _pooled(rows: list[Row], part: str) -> tuple[float, float, float] | None:
     squares = np.array([row[part] for row in rows], dtype=np.float64)
     seeds = len({row["seed"] for row in rows})
     each = np.sqrt(squares.reshape(seeds, -1).mean(axis=1))
-    low, middle, high = np.quantile(each, (0.25, 0.5, 0.75)).tolist()
-    return low, middle, high
+    return quartiles(each)
 
 
 def _specs() -> tuple[TableSpec, ...]:

@@ -10,6 +10,7 @@ from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.networks.sets import floor_cell, floor_of, output_names
 from kinverse.studies.jha2015.networks.training import train_network
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
         for name in output_names(ARM):
             mine = [r for r in found if r["kind"] == "error" and r["output"] == name]
             test = np.array([row["test"] for row in mine], dtype=np.float64)
-            low, middle, high = np.quantile(test, (0.25, 0.5, 0.75)).tolist()
+            low, middle, high = quartiles(test)
             training = np.array([row["training"] for row in mine], dtype=np.float64)
             seconds = np.array([row["seconds"] for row in mine], dtype=np.float64)
             rows.append(

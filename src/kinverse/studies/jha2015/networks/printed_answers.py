@@ -7,8 +7,8 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.geometries import geometry
-from kinverse.studies.jha2015.networks.named import errors_of, named_cells
-from kinverse.studies.jha2015.networks.sets import CONFIGURATIONS, output_names, quartiles
+from kinverse.studies.jha2015.networks.scara_5r import errors_of, scara_5r_cells
+from kinverse.studies.jha2015.networks.sets import CONFIGURATIONS, known_quartiles, output_names
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -31,7 +31,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
     R = printed("jha2015", "table_7_4").numbers(["regression_R"])[:, 0]
     rows: list[Row] = []
     for k, name in enumerate(names):
-        ours = quartiles(errors_of(cells, ARM, NETWORK, name), "test")
+        ours = known_quartiles(errors_of(cells, ARM, NETWORK, name), "test")
         factor = 1e3 if slides[k] else float(np.degrees(1.0))
         rows.append(
             {
@@ -68,7 +68,7 @@ TABLES: tuple[TableSpec, ...] = (
     TableSpec(
         "7.3",
         "Printed joint values beside the printed perceptron's, SCARA, table 7.3",
-        partial(named_cells, ARM, (NETWORK,)),
+        partial(scara_5r_cells, ARM, (NETWORK,)),
         _build,
     ),
 )

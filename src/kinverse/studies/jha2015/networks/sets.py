@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.geometries import geometry
+from kinverse.studies.rows import quartiles
 
 __all__ = [
     "CONFIGURATIONS",
+    "DATA_SEED",
+    "FLOOR_SEED",
     "Configuration",
     "Floor",
     "draw",
@@ -19,7 +22,7 @@ __all__ = [
     "floor_of",
     "least_errors",
     "output_names",
-    "quartiles",
+    "known_quartiles",
     "squared_units",
 ]
 
@@ -128,13 +131,12 @@ def squared_units(name: str) -> tuple[Array, list[str]]:
     return np.where(slides, 1e6, 1.0), ["mm^2" if slide else "rad^2" for slide in slides]
 
 
-def quartiles(rows: list[Row], column: str) -> tuple[float, float, float] | None:
+def known_quartiles(rows: list[Row], column: str) -> tuple[float, float, float] | None:
     """Lower quartile, median, upper quartile of a column; None if a row has no number there."""
     values = [row[column] for row in rows]
     if any(value is None for value in values):
         return None
-    low, middle, high = np.quantile(np.array(values, dtype=np.float64), (0.25, 0.5, 0.75)).tolist()
-    return low, middle, high
+    return quartiles(np.array(values, dtype=np.float64))
 
 
 def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:

@@ -1,7 +1,5 @@
 """What the size of the population does: an addition to the tables of the thesis."""
 
-import numpy as np
-
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
 from kinverse.studies.jha2015.swarm.cells import (
@@ -14,6 +12,7 @@ from kinverse.studies.jha2015.swarm.cells import (
     works_with,
 )
 from kinverse.studies.jha2015.swarm.pictures import convergence_picture
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, Verdict
 
 __all__ = ["population_table"]
@@ -36,7 +35,7 @@ def population_table(task: ArmTask, cells: CellRows) -> Table:
                 found = answers_of(cells, task, name, algorithm, population)
                 reach = [row for row in found if row["least"] == 0.0]
                 f = numbers(reach or found, "f")
-                low, middle, high = np.quantile(f, (0.25, 0.5, 0.75)).tolist()
+                low, middle, high = quartiles(f)
                 rows.append(
                     {
                         "geometry": name,

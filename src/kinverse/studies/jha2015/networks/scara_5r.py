@@ -14,8 +14,8 @@ from kinverse.studies.jha2015.networks.sets import (
     Floor,
     floor_cell,
     floor_of,
+    known_quartiles,
     output_names,
-    quartiles,
     squared_units,
 )
 from kinverse.studies.jha2015.networks.training import train_network
@@ -24,7 +24,7 @@ from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["SWEPT", "TABLES", "errors_of", "named_cells"]
+__all__ = ["SWEPT", "TABLES", "errors_of", "scara_5r_cells"]
 
 HIDDEN = "10-10"
 """Two hidden layers are printed, their units are not."""
@@ -61,10 +61,10 @@ NETWORKS = {
 def _name(arm: str, label: str) -> str:
     network, as_text, swept = NETWORKS[label]
     drawn = "swept-" * swept + ("text" if as_text else "table")
-    return f"network-named-{arm}-{network.replace(':', '-')}-{drawn}"
+    return f"network-{arm}-{network.replace(':', '-')}-{drawn}"
 
 
-def named_cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
+def scara_5r_cells(arm: str, labels: tuple[str, ...], quick: bool) -> list[Cell]:
     """The trainings of an arm's networks, and the least errors of any function."""
     each = CONFIGURATIONS[arm]
     cells = []
@@ -112,8 +112,8 @@ def _regression(cells: dict[str, list[Row]]) -> Table:
     for label in labels:
         for k, name in enumerate(output_names(each.geometry)):
             mine = errors_of(cells, arm, label, name)
-            r, trained = quartiles(mine, "r_test"), quartiles(mine, "r_training")
-            mse = quartiles(mine, "test")
+            r, trained = known_quartiles(mine, "r_test"), known_quartiles(mine, "r_training")
+            mse = known_quartiles(mine, "test")
             most = None if label == SWEPT else _best_r(floors[name])
             above += label == "MLP" and most is not None and bool(told[k, 0] > most)
             reached += label == SWEPT and r is not None and bool(r[1] >= told[k, 0])
@@ -212,8 +212,8 @@ def _compare(table: str, cells: dict[str, list[Row]]) -> Table:
         values = told.numbers([columns[kind]])[:, 0].tolist()
         for k, name in enumerate(output_names(each.geometry)):
             floor = floors[name]
-            mse = quartiles(errors_of(cells, arm, label, name), "test")
-            trained = quartiles(errors_of(cells, arm, label, name), "training")
+            mse = known_quartiles(errors_of(cells, arm, label, name), "test")
+            trained = known_quartiles(errors_of(cells, arm, label, name), "training")
             turns = floor.scaled is not None
             if label in ("MLP", "ANFIS, bells, order 0") and floor.scaled is not None:
                 compared += 1
@@ -260,20 +260,20 @@ TABLES: tuple[TableSpec, ...] = (
     TableSpec(
         "7.4",
         "Regression of the perceptron on the SCARA arm, table 7.4",
-        partial(named_cells, "SCARA", REGRESSION),
+        partial(scara_5r_cells, "SCARA", REGRESSION),
         _regression,
         covers=("fig-7.10",),
     ),
     TableSpec(
         "7.6",
         "Perceptron and ANFIS on the SCARA arm, table 7.6",
-        partial(named_cells, "SCARA", _ALL),
+        partial(scara_5r_cells, "SCARA", _ALL),
         partial(_compare, "7.6"),
     ),
     TableSpec(
         "7.10",
         "Perceptron and ANFIS on the 5R arm, table 7.10",
-        partial(named_cells, "Pioneer2_5R", _ALL),
+        partial(scara_5r_cells, "Pioneer2_5R", _ALL),
         partial(_compare, "7.10"),
     ),
 )
