@@ -20,6 +20,7 @@ from kinverse.studies.habibkhah2021.arm import (
 from kinverse.studies.habibkhah2021.conditions import CONDITIONS, check_conditions
 from kinverse.studies.habibkhah2021.network import train_network
 from kinverse.studies.habibkhah2021.plan import cells
+from kinverse.studies.habibkhah2021.tracking import TRACKING
 from kinverse.studies.habibkhah2021.workspace import WORKSPACE
 from kinverse.studies.rows import as_number, select
 from kinverse.studies.table import Verdict
@@ -152,6 +153,23 @@ def test_what_is_not_feasible_is_not_tracked(trained):
         assert as_number(outside, "median") > 3.0 * as_number(inside, "median")
         assert outside["finished"] == 0
         assert inside["finished"] == inside["points"]
+
+
+def test_what_the_note_says_of_untracked_parts_follows_from_the_rows(trained):
+    found = {cell.name: trained[cell.name] for cell in TRACKING.cells(True)}
+    note = TRACKING.build(found).note
+    assert "on trajectory 1 so (" in note and "on trajectory 3 so (" in note
+    better = {
+        name: [
+            {**row, "median": 1e-3 * row["median"], "finished": row["points"]}
+            if row.get("part") == "class" and row["kind"] == NOT_FEASIBLE
+            else row
+            for row in rows
+        ]
+        for name, rows in found.items()
+    }
+    note = TRACKING.build(better).note
+    assert "on trajectory 1 not so (" in note and "on trajectory 3 not so (" in note
 
 
 @pytest.mark.parametrize("spec", STUDY.tables, ids=lambda spec: spec.name)
