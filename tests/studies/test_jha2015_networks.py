@@ -129,6 +129,15 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
     assert [row["joint"] for row in table.rows[::2]] == ["theta1", "theta2", "d3", "theta4"]
     assert [row["hidden"] for row in table.rows[:2]] == [4, 30]
     assert table.rows[0]["MLPBP printed"] == pytest.approx(9.89e-3)
+    for row in table.rows:
+        assert row["seeds"] == 2
+        for title in hybrid.METHODS.values():
+            low, high = (row[f"{title}, {end} quartile"] for end in ("lower", "upper"))
+            assert row[title] is None or 0.0 < low <= row[title] <= high
+    errors = [row["test"] for row in rows["network-hybrid-SCARA-gdm-4"] if row["output"] == "d3"]
+    [slide] = [row for row in table.rows if (row["joint"], row["hidden"]) == ("d3", 4)]
+    told = [slide[f"MLPBP, {end} quartile"] for end in ("lower", "upper")]
+    assert told == pytest.approx((1e6 * np.quantile(errors, (0.25, 0.75))).tolist())
     floors = floor_of(rows, "scara")
     told = hybrid.printed_errors(CONFIGURATIONS["SCARA"])
     below = sum(

@@ -121,6 +121,21 @@ def test_position_alone_leaves_the_branches_and_the_pose_leads_to_them():
     assert max(row["from the nearest branch, deg"] for row in whole) < 1e-3
 
 
+@pytest.mark.slow
+def test_medians_of_the_bees_stand_with_quartiles_and_seeds():
+    for row in table("bees").rows:
+        if row["reading"] == "a closed-form branch":
+            continue
+        assert row["seeds"] == 2
+        for what in ("position error", "rotation error", "from the nearest branch"):
+            unit = "mm" if what == "position error" else "deg"
+            low, middle, high = (
+                row[f"{what}, {which}, {unit}"]
+                for which in ("lower quartile", "median", "upper quartile")
+            )
+            assert 0.0 <= low <= middle <= high
+
+
 def test_bees_find_every_branch():
     rows = every_branch(PATHS[1], 5)
     assert len(rows) == 21 * 8

@@ -109,17 +109,25 @@ def _told(runs: list[list[Row]], evaluations: int) -> Row:
     far, turned = each("position error, mm"), each("rotation error, deg")
     away = each("from the nearest branch, deg")
     steps = [np.degrees(largest_step(chosen_q(run))) for run in runs]
-    low, middle, high = np.percentile(far, [25, 50, 75])
     return {
         "evaluations a point": evaluations,
         "seeds": len(runs),
-        "position error, median, mm": float(middle),
-        "position error, quartiles, mm": f"{low:.3g} to {high:.3g}",
+        **_quartiles("position error", "mm", far),
         f"within {NEAR_MM:g} mm, %": 100.0 * float(np.mean(far <= NEAR_MM)),
-        "rotation error, median, deg": float(np.median(turned)),
-        "from the nearest branch, median, deg": float(np.median(away)),
+        **_quartiles("rotation error", "deg", turned),
+        **_quartiles("from the nearest branch", "deg", away),
         f"within {NEAR_DEG:g} deg of a branch, %": 100.0 * float(np.mean(away <= NEAR_DEG)),
         "largest step of a joint, deg": float(np.median(steps)),
+    }
+
+
+def _quartiles(what: str, unit: str, values: np.ndarray) -> Row:
+    """Median and quartiles over points and seeds, each a column."""
+    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75)).tolist()
+    return {
+        f"{what}, median, {unit}": middle,
+        f"{what}, lower quartile, {unit}": low,
+        f"{what}, upper quartile, {unit}": high,
     }
 
 
