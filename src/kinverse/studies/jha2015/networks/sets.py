@@ -14,6 +14,7 @@ __all__ = [
     "CONFIGURATIONS",
     "Configuration",
     "Floor",
+    "SUMS",
     "draw",
     "floor_cell",
     "floor_of",
@@ -26,6 +27,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR_SEED, DATA_SEED = 880_000, 4_100
+SUMS = {"planar3r_60": np.pi / 3.0}
+"""Geometries whose joints add up to one angle [rad]."""
 MANY, QUICK_MANY = 400_000, 20_000
 
 
@@ -100,11 +103,16 @@ CONFIGURATIONS = {
 
 
 def draw(name: str, count: int, seed: int) -> tuple[Array, Array]:
-    """Positions (count, 3) [m], of the planar arm (count, 2), and joints uniform in the limits."""
+    """Positions (count, 3) [m], of a planar arm (count, 2), and joints uniform in the limits.
+
+    Where the sum of the joints is fixed (``SUMS``), the last joint follows from the others.
+    """
     robot = geometry(name)
     q = robot.random(count, np.random.default_rng(DATA_SEED + seed))
+    if name in SUMS:
+        q[:, -1] = SUMS[name] - q[:, :-1].sum(axis=1)
     position = robot.fk(q)[:, :3, 3]
-    return (position[:, :2] if name == "planar3r" else position), q
+    return (position[:, :2] if name.startswith("planar") else position), q
 
 
 def output_names(name: str) -> list[str]:
