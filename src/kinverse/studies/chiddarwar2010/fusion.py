@@ -140,8 +140,8 @@ def _build_table_2(found: dict[str, list[Row]]) -> Table:
         verdict=verdict(met.values()),
         residual="; ".join(
             f"{method} {percent_error(method):g} %: {where}, ours"
-            f" {min(each.median for each in shown[method].values()):.2g} to"
-            f" {max(each.median for each in shown[method].values()):.2g} %"
+            f" {min(each.median for each in shown[method].values()):.3g} to"
+            f" {max(each.median for each in shown[method].values()):.3g} %"
             for method, where in met.items()
         ),
         note=(

@@ -64,8 +64,8 @@ def _build_table_3(found: dict[str, list[Row]]) -> Table:
         verdict=verdict(met.values()),
         residual="; ".join(
             f"{method} {limits_of_rms(method)[0]:g} to {limits_of_rms(method)[1]:g} deg:"
-            f" {where}, ours {min(each.median for each in shown[method].values()):.2g} to"
-            f" {max(each.median for each in shown[method].values()):.2g} deg"
+            f" {where}, ours {min(each.median for each in shown[method].values()):.3g} to"
+            f" {max(each.median for each in shown[method].values()):.3g} deg"
             for method, where in met.items()
         ),
         note=(
