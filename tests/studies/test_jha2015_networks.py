@@ -96,6 +96,19 @@ def test_errors_are_those_of_the_pairs_kept():
         )
 
 
+def test_joints_that_add_up_to_one_angle_are_determined_by_the_position():
+    X, q = draw("planar3r_60", 500, 1)
+    assert q.sum(axis=1) == pytest.approx(np.full(500, np.pi / 3))
+    wrist = X - 0.05 * np.array([np.cos(np.pi / 3), np.sin(np.pi / 3)])
+    c = ((wrist**2).sum(axis=1) - 0.10**2 - 0.07**2) / (2 * 0.10 * 0.07)
+    assert np.arccos(np.clip(c, -1, 1)) == pytest.approx(q[:, 1], abs=1e-6)
+    fixed, free = (
+        {row["output"]: row["floor"] for row in least_errors(name, 4_000, 40_000)}
+        for name in ("planar3r_60", "planar3r")
+    )
+    assert fixed["theta2"] < 0.01 * free["theta2"] and fixed["theta3"] < 0.05 * free["theta3"]
+
+
 def test_a_training_that_diverges_is_said_and_not_a_number():
     rows = train_network("scara", "gdm", "30", 100, 20, 1, 3_000, rate=1e6, momentum=0.0)
     assert all(row["test"] is None or row["test"] > 1.0 for row in rows)
@@ -131,6 +144,15 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
     assert [row["joint"] for row in table.rows[::2]] == ["theta1", "theta2", "d3", "theta4"]
     assert [row["hidden"] for row in table.rows[:2]] == [4, 30]
     assert table.rows[0]["MLPBP printed"] == pytest.approx(9.89e-3)
+    for row in table.rows:
+        assert row["seeds"] == 2
+        for title in hybrid.METHODS.values():
+            low, high = (row[f"{title}, {end} quartile"] for end in ("lower", "upper"))
+            assert row[title] is None or 0.0 < low <= row[title] <= high
+    errors = [row["test"] for row in rows["network-hybrid-SCARA-gdm-4"] if row["output"] == "d3"]
+    [slide] = [row for row in table.rows if (row["joint"], row["hidden"]) == ("d3", 4)]
+    told = [slide[f"MLPBP, {end} quartile"] for end in ("lower", "upper")]
+    assert told == pytest.approx((1e6 * np.quantile(errors, (0.25, 0.75))).tolist())
     floors = floor_of(rows, "scara")
     told = hybrid.printed_errors(CONFIGURATIONS["SCARA"])
     below = sum(
@@ -154,8 +176,11 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
 def test_planar_networks_stay_above_the_floor():
     rows = rows_of("fig-7.1")
     table = specs()["fig-7.1"].build(rows)
-    assert len(table.rows) == 8 * 3
+    assert len(table.rows) == 2 * 8 * 3
     assert "10 of the 10 rows" in table.note
+    assert (
+        "in 10 of 10 theta1 + theta2 + theta3 is 60 deg" in table.note and "2 seeds" in table.note
+    )
     for row in table.rows:
         least = row["least of any function of X, Y, fresh rows [rad^2]"]
         assert row["test mse, median [rad^2]"] > 0.8 * least

@@ -149,6 +149,12 @@ def same(ours, theirs):
     return any(theirs.startswith(a) and ours.startswith(b) for a, b in WORDS.items())
 
 
+def test_joints_of_table_7_1_add_up_to_60_deg():
+    [row] = [row for row in flag_rows() if row["flag"] == "theta1 + theta2 + theta3 is 60 deg"]
+    assert (row["table"], row["count"], row["of"]) == ("7.1", 10, 10)
+    assert row["detail"] == "off by 0.0001 deg at most"
+
+
 def test_settings_that_agree():
     told = {row["table"]: row for row in flag_rows() if row["flag"] == "same setting in both"}
     assert (told["7.5, 7.9"]["count"], told["7.16, 7.19"]["count"]) == (6, 8)

@@ -82,6 +82,7 @@ def test_the_equation_table_agrees_in_every_row():
     made = table("equations")
     assert all(row["agrees"] for row in made.rows)
     assert made.verdict is Verdict.OTHER_READING
+    assert "6 of 6 corrected equations hold" in made.residual
 
 
 # ---------------------------------------------------------------------------- bees
@@ -120,6 +121,21 @@ def test_position_alone_leaves_the_branches_and_the_pose_leads_to_them():
     assert np.median([row["position error, mm"] for row in printed_rows]) < 50
     assert max(row["position error, mm"] for row in whole) < 1e-3
     assert max(row["from the nearest branch, deg"] for row in whole) < 1e-3
+
+
+@pytest.mark.slow
+def test_medians_of_the_bees_stand_with_quartiles_and_seeds():
+    for row in table("bees").rows:
+        if row["reading"] == "a closed-form branch":
+            continue
+        assert row["seeds"] == 2
+        for what in ("position error", "rotation error", "from the nearest branch"):
+            unit = "mm" if what == "position error" else "deg"
+            low, middle, high = (
+                row[f"{what}, {which}, {unit}"]
+                for which in ("lower quartile", "median", "upper quartile")
+            )
+            assert 0.0 <= low <= middle <= high
 
 
 def test_bees_find_every_branch():

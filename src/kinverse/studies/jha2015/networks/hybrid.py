@@ -126,14 +126,13 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
         fuzzy = hybrid_rows(cells, arm, ANFIS, output)
         for hidden in sorted(found["gdm"]):
             row: Row = {"joint": output, "unit": units[k], "hidden": hidden}
+            row["seeds"] = len(found["gdm"][hidden])
             for method, title in METHODS.items():
-                mse = known_quartiles(found[method][hidden], part)
-                row[title] = mse and mse[1] * factor
+                row |= _with_quartiles(title, found[method][hidden], part, factor)
                 row[f"{title} printed"] = told.get((output, title, hidden))
             if any(title == ANFIS_PRINTED for _, title, _ in told):
                 [mine] = fuzzy.values()
-                mse = known_quartiles(mine, part)
-                row[ANFIS_PRINTED] = mse and mse[1] * factor
+                row |= _with_quartiles(ANFIS_PRINTED, mine, part, factor)
                 row[f"{ANFIS_PRINTED} printed"] = told.get((output, ANFIS_PRINTED, hidden))
             if part == "test":
                 row["least of any function, fresh rows"] = floors[output].least
@@ -164,6 +163,13 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
         " The unit of the printed errors is not told."
         + (TWO_LAYERS if each.value("Number of hidden layers", 1) == 2 else ""),
     )
+
+
+def _with_quartiles(title: str, rows: list[Row], part: str, factor: float) -> Row:
+    """Median and quartiles over the seeds; None where a training diverged."""
+    mse = known_quartiles(rows, part)
+    names = (f"{title}, lower quartile", title, f"{title}, upper quartile")
+    return {names[k]: mse and mse[k] * factor for k in (1, 0, 2)}
 
 
 def printed_errors(each: Configuration) -> dict[tuple[str, str, int], float]:

@@ -17,6 +17,7 @@ __all__ = [
     "FLOOR_SEED",
     "Configuration",
     "Floor",
+    "SUMS",
     "draw",
     "floor_cell",
     "floor_of",
@@ -29,6 +30,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR_SEED, DATA_SEED = 880_000, 4_100
+SUMS = {"planar3r_60": np.pi / 3.0}
+"""Geometries whose joints add up to one angle [rad]."""
 MANY, QUICK_MANY = 400_000, 20_000
 
 
@@ -103,10 +106,10 @@ CONFIGURATIONS = {
 
 
 def draw(name: str, count: int, seed: int, swept: bool = False) -> tuple[Array, Array]:
-    """Positions (count, 3) [m], of the planar arm (count, 2), and joints (count, n).
+    """Positions (count, 3) [m], of a planar arm (count, 2), and joints (count, n).
 
-    The joints are uniform in the limits; swept: all go through their ranges together, on even
-    grids, in random order.
+    The joints are uniform in the limits; where their sum is fixed (``SUMS``), the last follows from
+    the others. Swept: all go through their ranges together, on even grids, in random order.
     """
     robot = geometry(name)
     rng = np.random.default_rng(DATA_SEED + seed)
@@ -115,8 +118,10 @@ def draw(name: str, count: int, seed: int, swept: bool = False) -> tuple[Array, 
         q = low + rng.permutation(np.linspace(0.0, 1.0, count))[:, None] * (high - low)
     else:
         q = robot.random(count, rng)
+    if name in SUMS:
+        q[:, -1] = SUMS[name] - q[:, :-1].sum(axis=1)
     position = robot.fk(q)[:, :3, 3]
-    return (position[:, :2] if name == "planar3r" else position), q
+    return (position[:, :2] if name.startswith("planar") else position), q
 
 
 def output_names(name: str) -> list[str]:
