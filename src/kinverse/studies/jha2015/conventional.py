@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,8 @@ ROBOTS = {
 }
 """As they are called in table 7.39; the printed geometry, and the catalogue's corrected arm."""
 VERSIONS = ("corrected", "printed")
-METHODS: dict[str, type[Matrix] | type[Pair]] = {"HT": Matrix, "QA": Pair}
+METHODS: dict[str, type[Any]] = {"HT": Matrix, "QA": Pair}
+"""Names in the table, and forms."""
 POSES, QUICK_POSES = 200, 20
 REPEATS = 5
 
@@ -59,9 +61,9 @@ def compare_forms(arm: str, poses: int, version: str = "corrected") -> list[Row]
     T = robot.fk(q)
     ways = count_forward(robot, q[0])
     rows: list[Row] = [
-        {"version": version, "method": method, "scalars": ways[k].scalars}
+        _forward_times(robot, form, q)
+        | {"version": version, "method": method, "scalars": ways[k].scalars}
         | {f"forward {name}": value for name, value in asdict(ways[k].operations).items()}
-        | _forward_times(robot, form, q)
         for k, (method, form) in enumerate(METHODS.items())
     ]
     try:
