@@ -113,10 +113,10 @@ def _answers_table(rows: dict[str, list[Row]]) -> Table:
     ]
     return Table(
         "Which method to use when",
-        answers,
+        [{name: value for name, value in row.items() if name != "answer"} for row in answers],
         Verdict.OURS,
         f"the quickest of the methods that solve {ENOUGH:g} % on every arm",
-        f"{table[0]['targets an arm']} targets on each arm from each of {table[0]['seeds']} seeds;"
+        f"Targets on each arm: {table[0]['targets an arm']} of each seed, {table[0]['seeds']} seeds;"
         " times are medians over arms and seeds. kv is kinverse; kv.solve(robot, T, solver=...)"
         " takes what is under call.\n\n" + "\n\n".join(str(row["answer"]) for row in answers),
     )

@@ -75,22 +75,22 @@ def _overview(group: list[Row], situation: Any) -> Row:
     return {
         "situation": situation,
         "method": group[0]["method"],
-        "family": group[0]["family"],
-        "call": CALLS[str(group[0]["method"])],
-        "arms it applies to": len(solved),
-        "arms": len(cases),
-        "targets an arm": int(str(group[0]["targets"])),
-        "seeds": len({row["seed of targets"] for row in group}),
-        **_spread(done, "solved, %", "solved", " %"),
         "solved, lowest of an arm, %": _lowest(done),
+        **_spread(done, "solved, %", "solved", " %"),
+        **_spread(done, "seconds a pose", "time a pose", " ms", 1e3),
         **{
             name: value
             for name, value in _errors(done, "median", "median").items()
             if "quartile" not in name
         },
         **_errors(done, "95 %", "95 % below"),
-        **_spread(done, "seconds a pose", "time a pose", " ms", 1e3),
         "solutions a pose": _scaled(done, "solutions a pose"),
+        "family": group[0]["family"],
+        "call": CALLS[str(group[0]["method"])],
+        "arms it applies to": len(solved),
+        "arms": len(cases),
+        "targets an arm": int(str(group[0]["targets"])),
+        "seeds": len({row["seed of targets"] for row in group}),
         "training, s": _scaled(done, "seconds to fit"),
     }
 
