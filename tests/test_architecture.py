@@ -46,6 +46,7 @@ RANKS = {
     "loading": 3,
     "load": 3,
     "evidence": 3,
+    "judge": 3,
     "solutions": 3,
     "verify": 4,
     "learning": 4,

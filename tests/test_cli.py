@@ -309,7 +309,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (
             ["fk", "kr16", "--q", "a", "b"],
             "(a b); --tool, --pose, --q, --q-seed, --q-start, --region, --velocity, --acceleration,"
-            " --gravity, --max-velocity take numbers",
+            " --gravity, --max-velocity, --max-acceleration take numbers",
         ),
         (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),
         (["solve", "kr16", *POSE, "--tip", "a"], "--base and --tip choose"),

@@ -330,3 +330,13 @@ def test_a_missing_extra_names_the_command(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     code, out, err = run(capsys, "kr16", PATH)
     assert code == 2 and out == "" and 'pip install "kinverse[sim]"' in err
+
+
+def test_the_default_speed_is_the_same_with_degrees(capsys):
+    words = " ".join(run(capsys, "--help")[1].replace("│", " ").split())
+    assert "with --degrees [deg/s]. Left out, with --degrees too: 1 rad/s (57.3 deg/s)" in words
+    argv = ["kr16", "masajedi_straight", "--json"]
+    plain, degrees = (json.loads(run(capsys, *argv, *more)[1]) for more in ([], ["--degrees"]))
+    told = run(capsys, *argv, "--degrees", "--velocity", np.degrees(1.0))[1]
+    assert plain["duration"] == degrees["duration"]
+    assert json.loads(told)["duration"] == pytest.approx(plain["duration"])

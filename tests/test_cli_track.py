@@ -1,6 +1,7 @@
 """``kinverse track``: what it writes, refuses and returns."""
 
 import csv
+import dataclasses
 import json
 import re
 
@@ -10,7 +11,9 @@ import pytest
 import kinverse as kv
 import oracle
 from kinverse.bench import cases
-from kinverse.cli import main
+from kinverse.cli import _joint_path, main
+from kinverse.cli._joint_curve import Joined
+from kinverse.cli._motion import TimedPath
 from kinverse.paths import Path, named_samples
 
 ARM = """kind = "dh"
@@ -200,7 +203,15 @@ def test_a_start_out_of_reach_is_told(capsys, arm, whole):
 @pytest.mark.parametrize(
     "options, said",
     [
-        (["--metric", "time"], "--max-velocity goes with --metric time"),
+        (["--metric", "time"], "--metric time needs --max-velocity"),
+        (["--max-acceleration", "4"], "--max-acceleration goes with --max-velocity"),
+        (["--max-velocity", "1", "--max-acceleration", "0"], "--max-acceleration must be positive"),
+        (["--rate", "100"], "--rate goes with --max-acceleration"),
+        (
+            ["--max-velocity", "1", "--max-acceleration", "4", "--rate", "0", "--out", "a.csv"],
+            "rate must be positive",
+        ),
+        (["--max-velocity", "1", "--max-acceleration", "4", "--out", "a.json"], "end in .csv"),
         (["--max-velocity", "1"], "--max-velocity goes with --metric time"),
         (["--metric", "time", "--max-velocity", "1", "2"], "--max-velocity needs 1 number or 6"),
         (["--metric", "time", "--max-velocity", "0"], "--max-velocity must be positive"),
@@ -262,3 +273,138 @@ def test_bad_files_are_refused(capsys, arm, tmp_path):
     assert code == 2 and "row 2" in err
     code, _, err = run(capsys, "track", "kr16", tmp_path / "missing.csv")
     assert code == 2 and "no such file" in err
+
+
+def test_degrees_are_told_everywhere(capsys, arm, whole, tmp_path):
+    argv = ["track", "kr16", whole, "--json", "--max-step", 0.01]
+    rad = json.loads(run(capsys, *argv)[1])
+    deg = json.loads(run(capsys, *argv[:-1], np.degrees(0.01), "--degrees")[1])
+    assert rad["units"] == ["rad"] * 6 and deg["units"] == ["deg"] * 6
+    assert (rad["cost_unit"], deg["cost_unit"]) == ("rad", "deg")
+    assert deg["cost"] == pytest.approx(np.degrees(rad["cost"]))
+    assert deg["largest_step"] == pytest.approx(np.degrees(rad["largest_step"]))
+    assert len(deg["gaps"]) == len(rad["gaps"]) > 0
+    for told, unit in ((rad, "rad"), (deg, "deg")):
+        other = {"rad": " deg", "deg": " rad"}[unit]
+        texts = [gap["text"] for gap in told["gaps"]]
+        assert all(f" {unit}, which" in text and other not in text for text in texts)
+    # a slide stays in metres
+    scara = kv.load("adept_one")
+    path = written(tmp_path / "scara.csv", scara.fk(cases.path(scara, 9)))
+    argv = ["track", "adept_one", path, "--task", "schoenflies", "--degrees", "--json"]
+    told = json.loads(run(capsys, *argv)[1])
+    assert told["units"] == ["deg", "deg", "m", "deg"]
+    assert told["largest_step"] == pytest.approx(
+        np.abs(np.diff([r["q"] for r in told["rows"]], axis=0)).max(axis=0)
+    )
+    assert told["cost_unit"] == "(rad and m added up)"
+
+
+def test_a_message_counts_rows_alone(capsys, arm, whole, tmp_path):
+    said = run(capsys, "track", "kr16", whole, "--max-step", 0.01)[1]
+    assert re.search(r"between rows (\d+) and (\d+): STEP: from row \1 to row \2 ", said)
+    assert "sample 0" not in said and "sample 1" not in said
+    found = kv.paths.track(arm, arm.fk(cases.path(arm, 30)), max_step=0.01)
+    assert re.match(r"from sample \d+ to sample \d+ the pose moves", found.gaps[0].text)
+
+
+def test_a_file_in_millimetres_is_told(capsys, arm, tmp_path):
+    T = arm.fk(cases.path(arm, 9))
+    T[:, :3, 3] *= 1e3
+    code, said, err = run(capsys, "track", "kr16", written(tmp_path / "mm.csv", T))
+    assert code == 1 and "OUT_OF_REACH" in said
+    assert "read as metres" in err and '"x [mm]"' in err
+    T[:, :3, 3] /= 1e3
+    T[:, 0, 3] += 100.0  # far off, and a thousandth of it is no pose of the arm's either
+    T[-1, 0, 3] = 1e5
+    assert "metres" not in run(capsys, "track", "kr16", written(tmp_path / "far.csv", T))[2]
+
+
+def test_a_gap_out_of_reach_says_how_far(capsys, arm, whole, tmp_path):
+    T = arm.fk(cases.path(arm, 30))
+    T[10:13, :3, 3] *= 3.0 / np.linalg.norm(T[10:13, :3, 3], axis=1)[:, None]
+    said = run(capsys, "track", "kr16", written(tmp_path / "far.csv", T), "--degrees")[1]
+    told = re.search(r"OUT_OF_REACH: out of reach; .* miss it by up to ([\d.]+) m", said)
+    # the links end to end are 2.44 m
+    assert told and 3.0 - 2.44 < float(told[1]) < 1.2
+
+
+def test_semicolons_are_read(capsys, whole, tmp_path):
+    text = whole.read_text()
+    other = tmp_path / "semicolons.csv"
+    other.write_text(text.replace(",", ";"))
+    assert run(capsys, "track", "kr16", other) == run(capsys, "track", "kr16", whole)
+    other.write_text(text.replace(",", ";").replace(".", ","))
+    code, _, err = run(capsys, "track", "kr16", other)
+    assert code == 2 and "row 1" in err and "decimals with a point" in err
+    other.write_text(text.replace(",", ";", 2))
+    code, _, err = run(capsys, "track", "kr16", other)
+    assert code == 2 and "commas and semicolons" in err
+
+
+def test_units_of_files_are_in_the_help(capsys):
+    words = " ".join(run(capsys, "track", "--help")[1].replace("│", " ").split())
+    assert "in m and rad (with --degrees deg)" in words and '"x [mm]"' in words
+
+
+def test_a_path_is_closed_if_that_is_asked_for(capsys, tmp_path):
+    tool = kv.pose(rpy=[3.1, 0, 0])[:3, :3]
+    T = Path.circle([0.4, 0.2, 0.5], 0.15, orientation=tool).sample(60).T
+    ring = written(tmp_path / "ring.csv", T)
+    code, said, _ = run(capsys, "track", "panda", ring)
+    assert code == 0 and re.search(r"closed, the joints end [\d.]+ rad from their start", said)
+    code, said, _ = run(capsys, "track", "panda", ring, "--closed")
+    assert code == 0 and "closed, and the joints end where they begin" in said
+    turn = kv.load("kr16").fk(
+        [[0, -1.2, 1, 0.3, 0.7, v] for v in np.linspace(-3, 2 * np.pi - 3, 60)]
+    )
+    code, said, _ = run(capsys, "track", "kr16", written(tmp_path / "turn.csv", turn), "--closed")
+    assert code == 1 and "from the last row to the first: NOT_CLOSED: joint 'joint6' ends" in said
+    code, _, err = run(capsys, "track", "panda", written(tmp_path / "arc.csv", T[:40]), "--closed")
+    assert code == 2 and "closed asks for a path that ends with its first pose" in err
+
+
+LIMITS = ["--max-velocity", 60, "--max-acceleration", 200, "--degrees"]
+
+
+def test_a_motion_is_written_for_a_controller(capsys, arm, whole, tmp_path):
+    out = tmp_path / "motion.csv"
+    code, said, _ = run(capsys, "track", "kr16", whole, *LIMITS, "--rate", 100, "--out", out)
+    assert code == 0 and re.search(r"in time: [\d.]+ s, along a joint spline whose tool", said)
+    rows = rows_of(out)
+    name = "joint{}_acceleration_deg_per_s2"
+    most = max(abs(float(row[name.format(j)])) for row in rows for j in range(1, 7))
+    q = np.radians([[float(row[f"joint{j}_deg"]) for j in range(1, 7)] for row in rows])
+    assert 180.0 < most <= 200.0 + 1e-6 and rows[1]["t_s"] == "0.01"
+    ends = arm.fk(cases.path(arm, 30)[[0, -1]])
+    assert np.allclose(arm.fk(q[[0, -1]]), ends, atol=1e-6)
+    told = json.loads(run(capsys, "track", "kr16", whole, *LIMITS, "--json")[1])
+    assert told["motion"]["duration"] == float(rows[-1]["t_s"])
+    # in radians the same motion
+    limits = ["--max-velocity", np.radians(60), "--max-acceleration", np.radians(200)]
+    other = json.loads(run(capsys, "track", "kr16", whole, *limits, "--json")[1])
+    assert other["motion"]["duration"] == pytest.approx(told["motion"]["duration"])
+
+
+def test_no_motion_is_written_of_a_path_with_gaps(capsys, broken, tmp_path):
+    out = tmp_path / "motion.csv"
+    code, said, err = run(capsys, "track", "kr16", broken, *LIMITS, "--out", out)
+    assert code == 1 and not out.exists() and "rows 11 to 13: OUT_OF_REACH" in said
+    assert "a path with gaps is no one motion" in err
+
+
+def test_a_tolerance_is_kept_at_a_corner_or_told(capsys, tmp_path):
+    corner = tmp_path / "corner.csv"
+    ways = [(0.9, -0.2, 1.1), (0.9, 0.1, 1.1), (0.9, 0.1, 1.3)]
+    lines = [f"{x},{y},{z},0.2,1.7,0.3" for x, y, z in ways]
+    corner.write_text("\n".join(["x,y,z,roll,pitch,yaw", *lines]))
+    argv = ["track", "kr16", corner, *LIMITS, "--tolerance", 1e-4]
+    code, said, _ = run(capsys, *argv, "--json")
+    assert code == 0 and 0.0 < json.loads(said)["motion"]["deviation"] <= 1e-4
+    found = kv.paths.track(kv.load("kr16"), Path.from_file(corner), tolerance=1e-4, samples=20)
+    strayed = dataclasses.replace(found, deviation=2e-4)
+    _joint_path.Told(strayed, False).show()
+    assert "warning: the tolerance of 0.1 mm is not reached" in capsys.readouterr().out
+    spline = Joined(None, 5e-4, 0.0, 3, None, 0)
+    timed = TimedPath(found, spline, None, 1e-4, 250.0, False)
+    assert not timed.ok and dataclasses.replace(timed, tolerance=5e-4).ok

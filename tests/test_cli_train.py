@@ -25,9 +25,9 @@ def run(capsys, *argv):
     return code, said.out, said.err
 
 
-def refused(capsys, *argv):
+def refused(capsys, *argv, status=2):
     code, out, err = run(capsys, *argv)
-    assert code == 2 and out == ""
+    assert code == status and out == ""
     assert err.startswith("kinverse: error: ") and err.count("\n") == 1
     return err
 
@@ -196,7 +196,8 @@ def test_ctrl_c_before_anything_is_learned_writes_nothing(capsys, here, monkeypa
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(learned, "by_branch", by_branch)
-    assert "interrupted" in refused(capsys, "train", "kr16", *SMALL, "--out", "a.npz")
+    given = [*SMALL, "--out", "a.npz"]
+    assert "interrupted" in refused(capsys, "train", "kr16", *given, status=130)
     assert os.listdir(here) == []
 
 

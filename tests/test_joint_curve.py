@@ -1,6 +1,7 @@
 """Joint curves and motions in time: orders of convergence, tolerances and limits kept."""
 
 import pickle
+import re
 import sys
 
 import numpy as np
@@ -350,7 +351,7 @@ NAN = np.where(np.arange(9)[:, None] == 4, np.nan, Q)
         (lambda: retime(JointCurve(S, Q + S[:, None]), [1, 2], 1.0), r"one number or \(6,\)"),
         (
             lambda: retime(JointCurve(S, Q + S[:, None]), [1, 1, 1, 0, 1, 1], 1.0),
-            "got 0 for joint 3",
+            r"velocity\[3\] must be positive and finite, got 0",
         ),
         (lambda: tool_deviation(ToolCurve(S, Q), named_path("habibkhah_1")), "x, y and z"),
         (
@@ -364,6 +365,13 @@ def test_bad_input_is_named(call, says):
         call()
 
 
+def test_a_deviation_is_printed_in_a_line(robot):
+    T, s = named_samples("masajedi_straight")
+    q = kv.Numerical().fit(robot).follow(T, kv.solve(robot, T[0]).q[0]).q
+    told = repr(deviation(robot, JointCurve(s, q), named_path("masajedi_straight")))
+    assert re.fullmatch(r"Deviation: [\d.e-]+ m, [\d.e-]+ rad at most, at s = .*21 samples", told)
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -371,7 +379,7 @@ def test_bad_input_is_named(call, says):
         ({"q_end": np.full(6, np.nan)}, "q_end must be finite"),
         ({"q_end": [9, 0, 0, 0, 0, 0]}, "q_end: joint 'joint1' is at 9, outside its limits"),
         ({"q_end": [0.1, -1, 0.5, 0, 0.4, 0]}, "are the same"),
-        ({"jerk": 0.0}, "jerk must be positive and finite, got 0 for joint 0"),
+        ({"jerk": 0.0}, "jerk must be positive and finite, got 0"),
         ({"velocity": [1, 1]}, r"velocity must be one number or \(6,\)"),
         ({"acceleration": -1}, "acceleration must be positive"),
     ],

@@ -311,11 +311,13 @@ BAD = {
     "at least two T|at least two points, got one": lambda: Path.from_poses(POSES[:1]),
     "at least two points, got none": lambda: Path.from_poses(np.empty((0, 4, 4))),
     "got one": lambda: Path.spline(POSES[0]),
-    r"points\[3\] is in the place of points\[2\]": lambda: Path.from_poses(POSES[[0, 1, 2, 2, 3]]),
+    r"points\[3\] is in the place of points\[2\] \(rows 4 and 3 of a file\)": lambda: (
+        Path.from_poses(POSES[[0, 1, 2, 2, 3]])
+    ),
     r"points\[2\] is in the place of points\[1\].*only turns": lambda: Path.from_poses(
         broken(2, CORNERS[1])
     ),
-    "pose 1 repeats pose 0": lambda: Path.from_poses(POSES[[0, 0]]),
+    r"T\[1\] repeats T\[0\] \(rows 2 and 1 of a file\)": lambda: Path.from_poses(POSES[[0, 0]]),
     r"T\[3\] \(row 3\) is not a rigid pose: it holds NaN": lambda: Path.from_poses(
         broken(3, np.nan)
     ),

@@ -35,6 +35,22 @@ def straight(start, end):
     return lambda s: start + s[:, None] * (end - start)
 
 
+class Motion:
+    """The path of a tool that joint values lead, known between its samples too."""
+
+    def __init__(self, fk, q, aside=0.0):
+        self.fk, self.q, self.aside = fk, q, aside
+
+    def __call__(self, s):
+        T = self.fk(self.q(s))
+        tilt = kv.pose([0, 0, 0], rpy=[0, self.aside, 0])[:3, :3]
+        T[:, :3, :3] = tilt @ T[:, :3, :3]
+        return T
+
+    def sample(self, count):
+        return self(np.linspace(0.0, 1.0, count))
+
+
 def check(robot, found, limit=0.5, away=0.0):
     """What holds of every answer."""
     low, high = robot.limits.T
@@ -170,6 +186,118 @@ def test_a_closed_path_says_how_far_from_their_start_the_joints_end():
     arm = kv.load("kr16")
     tool = kv.pose([0, 0, 0], rpy=[0.2, 1.7, 0.3])[:3, :3]
     assert track(arm, Path.circle([0.9, 0, 1.1], 0.1, orientation=tool)).closure < 1e-6
+
+
+@pytest.mark.parametrize("is_kept", [False, True])
+@pytest.mark.parametrize("name", ["ur5", "kr16"])
+def test_without_a_start_a_path_begins_nearest_the_middle(name, is_kept):
+    robot = kv.load(name)
+    low, high = robot.limits.T
+    turn = 2.0 * np.pi
+    odd = 0
+    for seed in range(8):
+        T = Spline(robot, 700 + seed).sample(30)
+        found = track(robot, T, keep=(lambda q: np.ones(len(q), bool)) if is_kept else None)
+        check(robot, found)
+        for q in found.segments():
+            # other whole turns of a joint are nearer the middle only where limits are left
+            for sign in (-turn, turn):
+                inside = ((q + sign >= low) & (q + sign <= high)).all(axis=0)
+                middle = 0.5 * (low + high)
+                nearer = np.abs(q[0] + sign - middle) < np.abs(q[0] - middle) - 1e-9
+                assert not (inside & nearer).any()
+                odd += int(inside.any())
+        # a start that is given is kept
+        away = np.array([turn if low[0] < -4.0 else 0.0, 0, 0, 0, 0, 0])
+        for start in (found.q[0] - away, found.q[0] + away):
+            if found.ok[0] and ((start >= low) & (start <= high)).all():
+                assert np.abs(track(robot, T, q_start=start).q[0] - start).max() < 1e-6
+    assert odd
+
+
+def test_turns_that_a_predicate_refuses_are_left():
+    robot = kv.load("ur5")
+    path = Path.circle([0.4, 0.1, 0.3], 0.1, orientation=kv.pose(rpy=[3.1, 0, 0])[:3, :3])
+    assert track(robot, path, samples=60).q[0, 0] > 0.0
+    found = track(robot, path, samples=60, keep=lambda q: q[:, 0] < 0.0)
+    assert found.is_whole and (found.q[:, 0] < 0.0).all()
+
+
+@pytest.mark.parametrize("tolerance", [None, 1e-4])
+@pytest.mark.parametrize("name", ["panda", "ur5"])
+def test_a_closed_path_ends_where_it_begins(name, tolerance):
+    robot = kv.load(name)
+    ring = Path.circle([0.4, 0.2, 0.5], 0.15, orientation=kv.pose(rpy=[3.1, 0, 0])[:3, :3])
+    found = track(robot, ring, samples=60, tolerance=tolerance, closed=True)
+    check(robot, found)
+    assert found.is_whole and found.closure < 1e-9
+    if tolerance is None:
+        free = track(robot, ring, samples=60)
+        assert free.closure > 0.01 or name == "ur5"
+        # where an arm can be: the way there begins within a step of it
+        start = free.q[-1]
+        there = track(robot, ring, samples=60, q_start=start, closed=True)
+        assert there.is_whole and there.closure < 1e-9
+        assert np.abs(there.q[0] - start).max() <= 0.5
+    else:
+        assert found.deviation <= tolerance
+
+
+def test_a_closed_way_is_found_where_the_best_way_is_far_from_any():
+    robot = kv.load("iiwa14")
+    low, high = robot.limits.T
+    for seed in (0, 2, 4):
+        rng = np.random.default_rng(seed)
+        middle, size = rng.uniform(0.5 * low, 0.5 * high), rng.uniform(-0.3, 0.3, (2, 7))
+        s = np.linspace(0.0, 2.0 * np.pi, 80)[:, None]
+        T = robot.fk(middle + np.sin(s) * size[0] + (np.cos(s) - 1.0) * size[1])
+        found = track(robot, T, closed=True)
+        check(robot, found)
+        assert found.is_whole and found.closure < 1e-9
+        assert seed == 0 or track(robot, T).closure > 0.5
+
+
+def test_a_path_that_winds_up_says_that_it_is_not_closed():
+    robot = kv.load("kr16")
+    ends = np.radians([[0, -70, 60, 20, 40, -170], [0, -70, 60, 20, 40, 190]])
+    path = Curve(robot, straight(*ends))
+    found = track(robot, path, samples=60, closed=True)
+    assert found.ok.all() and not found.is_whole and found.closure == pytest.approx(2 * np.pi)
+    (gap,) = found.gaps
+    assert (gap.start, gap.end, gap.code) == (60, 60, Reason.NOT_CLOSED)
+    assert gap.told(degrees=True).startswith("joint 'joint6' ends 360 deg from where it begins; of")
+    assert track(robot, path, samples=60).is_whole
+    with pytest.raises(InputError, match=r"ends .* m and .* rad from it"):
+        track(robot, Curve(robot, straight(ends[0], 0.9 * ends[1])), closed=True)
+    # over a gap no way back is looked for, and none is claimed
+    T = path.sample(60)
+    T[30, 0, 3] += 9.0
+    broken = track(robot, T, closed=True)
+    assert [g.code for g in broken.gaps] == [Reason.OUT_OF_REACH, Reason.NOT_CLOSED]
+    assert "looked" not in broken.gaps[-1].text
+
+
+def test_a_tolerance_that_is_not_reached_is_told():
+    robot = kv.load("kr16")
+    start, end = np.radians([[0, -70, 60, 20, 40, -20], [10, -60, 50, 30, 30, 20]])
+
+    def with_a_jump(s):  # of about 1 mm
+        return start + s[:, None] * (end - start) + (s[:, None] > 0.5) * [1e-3, 0, 0, 0, 0, 0]
+
+    found = track(robot, Curve(robot, with_a_jump), samples=20, tolerance=1e-4)
+    assert found.is_whole and found.deviation > found.tolerance == 1e-4
+    assert "more than the tolerance 0.0001 m" in repr(found)
+    kept = track(robot, Curve(robot, straight(start, end)), samples=20, tolerance=1e-4)
+    assert kept.deviation <= kept.tolerance and "tolerance" not in repr(kept)
+
+
+def test_a_joint_path_with_many_gaps_is_printed_in_a_few_lines():
+    robot = kv.load("kr16")
+    T = robot.fk(cases.path(robot, 40))
+    T[1::3, 0, 3] += 9.0
+    said = repr(track(robot, T)).splitlines()
+    assert len(said) == 7 and said[-1].strip() == "and 8 gaps more"
+    assert said[1].strip().startswith("sample 1: OUT_OF_REACH")
 
 
 def test_repeated_poses_are_no_step():
@@ -309,6 +437,36 @@ def test_a_singularity_that_cannot_be_passed_is_told():
     check(robot, found, away=np.abs(found.q[0] - q[0]).max())
     assert found.ok.all() and [gap.code for gap in found.gaps] == [Reason.SINGULARITY]
     assert abs(found.gaps[0].start - 20) <= 1
+
+
+THROUGH = np.radians([[0, -70, 60, 20, 30, 10], [20, -60, 70, 30, -30, 40]])
+"""Joint 5 passes zero, between two samples if their number is even."""
+
+
+@pytest.mark.parametrize("count", [20, 40, 200])
+def test_a_path_through_a_singularity_leads_to_the_other_branch(count):
+    robot = kv.load("kr16")
+    motion = Motion(robot.fk, straight(*THROUGH))
+    found = track(robot, motion, q_start=THROUGH[0], samples=count)
+    check(robot, found, away=1e-9)
+    assert found.is_whole and len(set(found.branch)) == 2
+    assert np.abs(found.q - motion.q(np.linspace(0, 1, count))).max() < 1e-6
+    # poses alone leave open what is between them
+    poses = track(robot, motion.sample(count), q_start=THROUGH[0])
+    assert np.abs(poses.q - found.q).max() < 1e-6
+
+
+def test_a_path_past_a_singularity_changes_no_branch():
+    robot = kv.load("kr16")
+    # half a degree aside: between its samples joint 4 would have to turn half round
+    motion = Motion(robot.fk, straight(*THROUGH), aside=np.radians(0.5))
+    found = track(robot, motion, q_start=THROUGH[0], samples=20)
+    assert [gap.code for gap in found.gaps if gap.is_break] == [Reason.STEP]
+    assert all(len(set(found.branch[a:b])) == 1 for a, b in found.intervals)
+    # the joints' own way leads the tool past it some millimetres off, which may be allowed
+    near = track(robot, motion, q_start=found.q[0], samples=20, tolerance=0.02)
+    assert near.is_whole and len(set(near.branch)) == 2
+    assert 0.0 < near.deviation <= 0.02
 
 
 def test_what_a_grid_misses_is_looked_for_before_it_is_called_a_collision():
@@ -461,6 +619,9 @@ def test_a_compensated_arm_passes_singularities_and_is_kept(bent):
     solver = calibration.Compensated(kv.Analytic(), model)
     found = track(nominal, T, solver=solver, q_start=ends[0], max_step=0.1)
     assert found.is_whole and real_errors(real, found).max() < 2e-6
+    modelled = Motion(solver.clone().fit(nominal).real_fk, straight(*ends))
+    between = track(nominal, modelled, solver=solver, q_start=ends[0], samples=40)
+    assert between.is_whole and len(set(between.branch)) == 2
     turned = track(nominal, T[:10], solver=solver, keep=lambda q: q[:, 5] > np.pi)
     assert turned.is_whole and (turned.q[:, 5] > np.pi).all()
     assert real_errors(real, turned).max() < 2e-6

@@ -52,7 +52,7 @@ def test_all_studies_run_quickly(tmp_path):
             assert (written.parent / address).is_file()
         assert all(page.texts)
     # a second run trusts what is on disk, but for the file that was cut short
-    cell = next((tmp_path / "jha2015" / "cells-quick").glob("*.json"))
+    cell = next((tmp_path / "jha2015" / "quick" / "cells").glob("*.json"))
     text = cell.read_text(encoding="utf-8")
     cell.write_text(text[: len(text) // 2], encoding="utf-8")
     again = run("all", quick=True, out=tmp_path, jobs=1)

@@ -7,9 +7,10 @@ import kinverse as kv
 from kinverse.studies.cell_file import check_rows
 from kinverse.studies.chiddarwar2010 import STUDY
 from kinverse.studies.chiddarwar2010.data_set import DATA_SET
+from kinverse.studies.chiddarwar2010.fusion import FUSION
 from kinverse.studies.chiddarwar2010.held_out import _absolute_patterns, held_out_errors
 from kinverse.studies.chiddarwar2010.loop import run_fusion
-from kinverse.studies.chiddarwar2010.networks import make_network
+from kinverse.studies.chiddarwar2010.networks import CONSTANT, make_network
 from kinverse.studies.chiddarwar2010.path import percent_row
 from kinverse.studies.chiddarwar2010.plan import fusion_cells, held_out_cells
 from kinverse.studies.chiddarwar2010.poses import (
@@ -20,10 +21,9 @@ from kinverse.studies.chiddarwar2010.poses import (
     path_joints,
     predicates,
     region,
-    region_name,
 )
-from kinverse.studies.chiddarwar2010.regions import NOWHERE, reached, verdict
-from kinverse.studies.chiddarwar2010.rms import TABLE_3
+from kinverse.studies.chiddarwar2010.reach import How, reached, verdict
+from kinverse.studies.chiddarwar2010.rms import SPLITS_TABLE, TABLE_3
 from kinverse.studies.chiddarwar2010.source import METHODS, limits_of_rms, parameter, percent_error
 from kinverse.studies.rows import Spread, as_number, select, spread_of
 from kinverse.studies.table import Verdict
@@ -98,7 +98,7 @@ def test_seeds_of_training_fresh_poses_and_paths_are_unrelated():
 
 
 def test_networks_have_the_printed_size():
-    for name in ("RBF as printed", "RBF scaled"):
+    for name in ("RBF as printed", "RBF scaled (ours)"):
         assert make_network(name, 3, 0).n_neurons == 68
     printed = make_network("RBF as printed", 3, 0)
     assert (printed.spread, printed.goal, printed.goal_kind) == (0.75, 0.001, "sse")
@@ -141,17 +141,25 @@ def test_fresh_poses_of_the_loop_are_verified_by_forward_kinematics():
 def test_rms_rows_cover_all_joints_networks_and_splits(quick):
     rows = select(quick["held-out-ir361-2-0"], part="rms")
     kinds = {(row["method"], row["network"], row["split"]) for row in rows}
-    assert len(kinds) == 9 and len(rows) == 54
-    assert {method for method, _, _ in kinds} == set(METHODS)
+    assert len(kinds) == 12 and len(rows) == 72
+    assert {method for method, _, _ in kinds} == {*METHODS, "constant fusion", "constant absolute"}
     assert {row["tested"] for row in select(rows, split="pose")} == {420}
     assert {row["tested"] for row in select(rows, split="pair")} == {1449}
 
 
 @pytest.mark.slow
-def test_rbf_ranges_are_reached_near_one_configuration(quick):
+def test_the_constant_predictor_is_the_mean_of_its_training_patterns(quick):
+    rows = select(quick["held-out-ir361-2-0"], part="rms", network=CONSTANT, split="sample")
+    _, train, test = _absolute_patterns("ir361", 2.0, 0)
+    rms = np.degrees(np.sqrt(np.mean((test.q - train.q.mean(axis=0)) ** 2, axis=0)))
+    assert [row["rms_deg"] for row in rows] == pytest.approx(rms.tolist())
     table = TABLE_3.build({k: v for k, v in quick.items() if k.startswith("held-out")})
-    for row in select(table.rows, network="RBF as printed"):
-        assert row["printed reached up to"] == region_name(2.0)
+    told = select(table.rows, network=CONSTANT)
+    assert [row["held out by"] for row in told] == ["pose", "pair", "sample"]
+    assert {row["printed range met in"] for row in told} == {None}
+    # its 1.2 deg in the region of +-2 deg is below the printed 1.32 to 1.95 deg
+    assert "MLP absolute 1.32 to 1.95 deg: none of them (no region where the" in table.residual
+    assert {row["network"] for row in SPLITS_TABLE.build(quick).rows}.isdisjoint({CONSTANT})
 
 
 @pytest.mark.slow
@@ -162,19 +170,49 @@ def test_whole_workspace_is_out_of_reach_of_the_printed_ranges():
         assert worst > 10.0 * limits_of_rms(method)[1]
 
 
-def test_reached_is_the_widest_region_without_a_miss_before():
-    def of(*medians):
-        return {h: Spread(m, m, m, 1) for h, m in zip(REGIONS, medians, strict=False)}
+def by_region(*medians):
+    return {h: Spread(m, m, m, 1) for h, m in zip(REGIONS, medians, strict=False)}
 
-    assert reached(of(0.1, 0.2, 0.9), 0.5) == region_name(5.0)
-    assert reached(of(0.9, 0.2, 0.2), 0.5) == NOWHERE
-    assert reached(of(0.1, 0.1, 0.1, 0.1, 0.1), 0.5) == region_name(WHOLE)
+
+FAR = by_region(9.0, 9.0, 9.0, 9.0, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("ours", "where", "how"),
+    [
+        ((0.3, 0.4, 0.9), "±5 deg", How.PART),
+        ((0.1, 0.2, 0.9), "between ±5 deg and ±10 deg", How.BETWEEN),
+        ((0.9, 0.3, 0.3), "none of them", How.ABOVE),
+        ((0.3, 0.3, 0.3, 0.3, 0.4), "whole workspace", How.WHOLE),
+        ((0.1, 0.1, 0.1, 0.1, 0.1), "whole workspace", How.BELOW),
+        ((0.1,), "±2 deg", How.BELOW),
+    ],
+)
+def test_both_ends_of_a_printed_range_are_looked_at(ours, where, how):
+    found = reached(by_region(*ours), (0.25, 0.5), FAR)
+    assert (found.where, found.how) == (where, how)
+    assert found.open is (len(ours) == 1)
+
+
+def test_a_region_that_a_constant_reaches_too_says_nothing():
+    ours = by_region(0.3, 0.4, 0.9)
+    assert reached(ours, (0.25, 0.5), by_region(0.5, 2.0, 4.0)).where == "±5 deg"
+    assert reached(ours, (0.25, 0.5), by_region(0.2, 0.5, 4.0)).how is How.TRIVIAL
 
 
 def test_verdicts_follow_the_regions():
-    assert verdict([region_name(WHOLE)] * 4) is Verdict.REPRODUCED
-    assert verdict([region_name(WHOLE), region_name(2.0)]) is Verdict.OTHER_READING
-    assert verdict([region_name(2.0), NOWHERE]) is Verdict.NOT_REPRODUCED
+    whole, part, above, below, one = (
+        reached(by_region(*ours), (0.25, 0.5), FAR)
+        for ours in ([0.3] * 5, [0.3, 0.9], [0.9], [0.1] * 5, [0.1])
+    )
+    assert verdict([whole] * 4) is Verdict.REPRODUCED
+    assert verdict([whole, part]) is Verdict.OTHER_READING
+    assert verdict([part, above]) is Verdict.NOT_REPRODUCED
+    assert verdict([whole, below]) is Verdict.NOT_REPRODUCED
+    # one small region and none wider: nobody knows where the range is left
+    assert verdict([part, one]) is Verdict.CANNOT_CHECK
+    trivial = reached(by_region(0.3, 0.9), (0.25, 0.5), by_region(0.4, 9.0))
+    assert verdict([part, trivial]) is Verdict.NOT_REPRODUCED
 
 
 def _rms_row(method, network, split, half, seed, joint, rms):
@@ -182,12 +220,20 @@ def _rms_row(method, network, split, half, seed, joint, rms):
     return row | {"half_deg": half, "seed": seed, "joint": joint, "rms_deg": rms}
 
 
-def _table_3(rms):
+def _table_3(rms, constant=90.0):
     """Table 3 of rows whose rms is rms(method, half) in joint 1, half of it in joint 2."""
     kinds = [("RBF fusion", "RBF as printed", "pair"), ("MLP fusion", "MLP", "pair")]
     kinds += [("RBF absolute", "RBF as printed", "sample"), ("MLP absolute", "MLP", "sample")]
+    kinds += [("RBF fusion", "RBF scaled (ours)", "pair")]
+    kinds += [(f"constant {split}", CONSTANT, split) for split in ("pair", "sample")]
+
+    def error(kind, half):
+        # ours would reach all: it does not count
+        ours = {CONSTANT: constant, "RBF scaled (ours)": 0.1}
+        return ours.get(kind[1]) or rms(kind[0], half)
+
     rows = [
-        _rms_row(*kind, half, seed, joint, rms(kind[0], half) / joint)
+        _rms_row(*kind, half, seed, joint, error(kind, half) / joint)
         for kind in kinds
         for half in (2.0, WHOLE)
         for seed in range(3)
@@ -197,18 +243,56 @@ def _table_3(rms):
 
 
 def test_table_3_takes_the_worst_joint_and_every_method():
-    table = _table_3(lambda method, half: limits_of_rms(method)[1])
+    def most(method, half):
+        return limits_of_rms(method)[1]
+
+    table = _table_3(most)
     assert table.verdict is Verdict.REPRODUCED
-    assert [row["±2 deg [deg]"] for row in table.rows] == [0.11, 1.1, 0.34, 1.95]
-    table = _table_3(lambda method, half: limits_of_rms(method)[1] * (1.0 if half == 2.0 else 9.0))
+    assert [row["±2 deg [deg]"] for row in table.rows[:4]] == [0.11, 1.1, 0.34, 1.95]
+    assert {row["seeds"] for row in table.rows} == {3} and "over 3 seeds" in table.note
+    assert all("±2 deg [deg], lower quartile" in row for row in table.rows)
+    table = _table_3(lambda method, half: most(method, half) * (1.0 if half == 2.0 else 9.0))
     assert table.verdict is Verdict.OTHER_READING
-    assert "RBF fusion 0.11 deg reached up to ±2 deg" in table.residual
-    table = _table_3(lambda method, half: 0.2)
-    assert table.verdict is Verdict.NOT_REPRODUCED
+    assert "RBF fusion 0.02 to 0.11 deg: ±2 deg (inside" in table.residual
+    assert _table_3(lambda method, half: 0.2).verdict is Verdict.NOT_REPRODUCED
+    assert _table_3(most, constant=1.0).verdict is Verdict.NOT_REPRODUCED
+    assert _table_3(lambda method, half: 0.01).verdict is Verdict.NOT_REPRODUCED
+
+
+def test_the_process_counts_where_a_constant_does_not_arrive():
+    def table(**arrived):
+        rows = [
+            {
+                "part": "loop",
+                "robot": "ir361",
+                "network": network,
+                "half_deg": half,
+                "poses": 10,
+                "arrived": count if half == 2.0 else 0,
+                "rounds": 3.0,
+                "position_error_mm": 0.01,
+                "pose_us": 1.0,
+            }
+            for network, count in zip(NAMES, arrived.values(), strict=True)
+            for half in (2.0, WHOLE)
+        ]
+        return FUSION.build({"fusion": rows}).verdict
+
+    assert table(rbf=10, scaled=10, mlp=9, constant=0) is Verdict.OTHER_READING
+    assert table(rbf=10, scaled=10, mlp=2, constant=0) is Verdict.NOT_REPRODUCED
+    assert table(rbf=10, scaled=10, mlp=10, constant=10) is Verdict.NOT_REPRODUCED
+
+
+NAMES = ("RBF as printed", "RBF scaled (ours)", "MLP", CONSTANT)
 
 
 def test_spread_is_median_and_quartiles():
     assert spread_of([1.0, 2.0, 3.0, 4.0, 5.0]) == Spread(3.0, 2.0, 4.0, 5)
+    assert spread_of([1.0, 2.0, 3.0]).columns("rms") == {
+        "rms": 2.0,
+        "rms, lower quartile": 1.5,
+        "rms, upper quartile": 2.5,
+    }
     with pytest.raises(ValueError, match="no values"):
         spread_of([])
     with pytest.raises(TypeError, match="'rms' holds None"):

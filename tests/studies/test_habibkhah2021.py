@@ -20,6 +20,7 @@ from kinverse.studies.habibkhah2021.arm import (
 from kinverse.studies.habibkhah2021.conditions import CONDITIONS, check_conditions
 from kinverse.studies.habibkhah2021.network import train_network
 from kinverse.studies.habibkhah2021.plan import cells
+from kinverse.studies.habibkhah2021.tracking import TRACKING
 from kinverse.studies.habibkhah2021.workspace import WORKSPACE
 from kinverse.studies.rows import as_number, select
 from kinverse.studies.table import Verdict
@@ -92,13 +93,28 @@ def test_feasible_and_the_sampled_conditions_agree(conditions):
 
 def test_claims_on_whole_trajectories_are_compared_one_by_one(conditions):
     table = CONDITIONS.build({"conditions": conditions})
-    assert table.verdict is Verdict.REPRODUCED
-    assert table.residual.startswith("0 of 4")
+    assert table.verdict is Verdict.OTHER_READING  # holds with the ranges (4) left out
+    assert table.residual.startswith("0 of 3") and "1 of 3 with the ranges (4)" in table.residual
+    assert "405 of 425" in table.note and "2201 of 3182" in table.note
+    whole = [row["all meet inside (4), ours"] for row in table.rows[:4]]
+    assert whole == [False, False, False, False]
     broken = [dict(row) for row in conditions]
     broken[1]["meet (5)"] = 424
     table = CONDITIONS.build({"conditions": broken})
     assert table.verdict is Verdict.NOT_REPRODUCED
-    assert table.residual.startswith("1 of 4")
+    assert table.residual.startswith("1 of 3")
+    inside = [dict(row) for row in conditions]
+    inside[1]["meet (5) inside (4)"] = inside[1]["samples"]
+    assert CONDITIONS.build({"conditions": inside}).verdict is Verdict.REPRODUCED
+
+
+def test_trajectory_4_is_true_by_definition_and_not_counted(conditions):
+    column = "is the part of trajectory 3 that meets (5)"
+    assert [row[column] for row in conditions[:4]] == [False, False, False, True]
+    table = CONDITIONS.build({"conditions": conditions})
+    assert "1 more is true by definition" in table.residual
+    other = [{**row, column: False} if column in row else row for row in conditions]
+    assert CONDITIONS.build({"conditions": other}).residual.startswith("0 of 4")
 
 
 def test_samples_are_sorted_by_what_is_possible():
@@ -152,6 +168,23 @@ def test_what_is_not_feasible_is_not_tracked(trained):
         assert as_number(outside, "median") > 3.0 * as_number(inside, "median")
         assert outside["finished"] == 0
         assert inside["finished"] == inside["points"]
+
+
+def test_what_the_note_says_of_untracked_parts_follows_from_the_rows(trained):
+    found = {cell.name: trained[cell.name] for cell in TRACKING.cells(True)}
+    note = TRACKING.build(found).note
+    assert "on trajectory 1 so (" in note and "on trajectory 3 so (" in note
+    better = {
+        name: [
+            {**row, "median": 1e-3 * row["median"], "finished": row["points"]}
+            if row.get("part") == "class" and row["kind"] == NOT_FEASIBLE
+            else row
+            for row in rows
+        ]
+        for name, rows in found.items()
+    }
+    note = TRACKING.build(better).note
+    assert "on trajectory 1 not so (" in note and "on trajectory 3 not so (" in note
 
 
 @pytest.mark.parametrize("spec", STUDY.tables, ids=lambda spec: spec.name)

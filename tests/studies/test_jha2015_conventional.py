@@ -1,7 +1,10 @@
 """Document 004: matrices beside quaternion pairs."""
 
+from dataclasses import fields
+
 import pytest
 
+from kinverse.studies.counted import Tally
 from kinverse.studies.jha2015 import conventional
 from kinverse.studies.jha2015.conventional import ROBOTS, compare_forms
 from kinverse.studies.table import Verdict
@@ -25,3 +28,17 @@ def test_the_table_has_both_printed_times():
     told = {(row["arm"], row["method"]): row["printed [s]"] for row in table.rows}
     assert told["RX160L", "HT"] == 0.446 and told["planar3R", "QA"] == 0.11
     assert "matrix 36 x and 27 +" in table.note
+    first = table.rows[0]
+    for what, kinds in OPERATIONS.items():
+        assert all(isinstance(first[f"{what} {kind}"], int) for kind in kinds)
+        assert {name.partition(" ")[2] for name in first if name in counted(what)} == set(kinds)
+
+
+OPERATIONS = {
+    "forward": ("additions", "multiplications", "sines"),
+    "inverse": ("additions", "multiplications", "square roots", "sines", "arctangents"),
+}
+
+
+def counted(what):
+    return {f"{what} {each.name.replace('_', ' ')}" for each in fields(Tally)}

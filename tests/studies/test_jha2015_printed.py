@@ -1,6 +1,7 @@
 """What holds of the numbers that the thesis prints: positions and flags."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -148,6 +149,12 @@ def same(ours, theirs):
     return any(theirs.startswith(a) and ours.startswith(b) for a, b in WORDS.items())
 
 
+def test_joints_of_table_7_1_add_up_to_60_deg():
+    [row] = [row for row in flag_rows() if row["flag"] == "theta1 + theta2 + theta3 is 60 deg"]
+    assert (row["table"], row["count"], row["of"]) == ("7.1", 10, 10)
+    assert row["detail"] == "off by 0.0001 deg at most"
+
+
 def test_settings_that_agree():
     told = {row["table"]: row for row in flag_rows() if row["flag"] == "same setting in both"}
     assert (told["7.5, 7.9"]["count"], told["7.16, 7.19"]["count"]) == (6, 8)
@@ -197,3 +204,19 @@ def test_free_lengths_find_an_arm_that_is_there():
         for A in position_matrices(q).reshape(7776, -1, 15)[:, : p.size]
     ]
     assert min(off) < 1e-9 and np.median(off) > 0.1
+
+
+def test_tables_come_in_the_order_of_the_thesis():
+    names = [spec.name for spec in load_study("jha2015").tables]
+    numbers = [int(found[1]) for name in names if (found := re.match(r"7\.(\d+)", name))]
+    assert numbers == sorted(numbers) and len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("name", ["7.14", "7.20", "7.30", "7.35"])
+def test_readings_in_other_units_are_compared_as_lengths(tables, name):
+    # read as cm their numbers are smaller and the positions farther off: the arms reach 1 m
+    assert "X printed, mm" in tables[name].rows[0] and "cm" in tables[name].note
+
+
+def test_a_row_with_another_sign_stands_in_the_residual(tables):
+    assert "row 6 with the opposite sign of Y" in tables["7.7"].residual

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import default_links, named_samples
-from kinverse.studies import judge
 from kinverse.studies.data import printed
 from kinverse.studies.masajedi2013 import STUDY, equations, error_models, motion_tables
 from kinverse.studies.masajedi2013.bees import bees_along, bees_near, colony, every_branch
@@ -15,6 +15,7 @@ from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.branches import branches_along, largest_step
 from kinverse.studies.masajedi2013.closed_form import EQUATIONS, eight, measured
 from kinverse.studies.masajedi2013.motion import (
+    BY_ITSELF,
     SECONDS,
     blend,
     interpolated,
@@ -22,6 +23,7 @@ from kinverse.studies.masajedi2013.motion import (
     moved,
     times,
 )
+from kinverse.studies.masajedi2013.motion_tables import _median, _range
 from kinverse.studies.masajedi2013.parameters import points_a_step
 from kinverse.studies.masajedi2013.real_arm import NOISE, WORLDS, real_arm
 from kinverse.studies.table import Verdict
@@ -80,6 +82,7 @@ def test_the_equation_table_agrees_in_every_row():
     made = table("equations")
     assert all(row["agrees"] for row in made.rows)
     assert made.verdict is Verdict.OTHER_READING
+    assert "6 of 6 corrected equations hold" in made.residual
 
 
 # ---------------------------------------------------------------------------- bees
@@ -118,6 +121,21 @@ def test_position_alone_leaves_the_branches_and_the_pose_leads_to_them():
     assert np.median([row["position error, mm"] for row in printed_rows]) < 50
     assert max(row["position error, mm"] for row in whole) < 1e-3
     assert max(row["from the nearest branch, deg"] for row in whole) < 1e-3
+
+
+@pytest.mark.slow
+def test_medians_of_the_bees_stand_with_quartiles_and_seeds():
+    for row in table("bees").rows:
+        if row["reading"] == "a closed-form branch":
+            continue
+        assert row["seeds"] == 2
+        for what in ("position error", "rotation error", "from the nearest branch"):
+            unit = "mm" if what == "position error" else "deg"
+            low, middle, high = (
+                row[f"{what}, {which}, {unit}"]
+                for which in ("lower quartile", "median", "upper quartile")
+            )
+            assert 0.0 <= low <= middle <= high
 
 
 def test_bees_find_every_branch():
@@ -180,7 +198,7 @@ def test_the_tool_force_is_what_balances_the_torques(robot):
     driven = simulate(robot, times(21), q, control="prescribed")
     k = len(held.t) // 2
     wrench = np.linalg.solve(robot.jacobian(held.q[k]).T, driven.torque[k])
-    assert -held.constraint_force[k, :3] == pytest.approx(wrench[:3], rel=0.02)
+    assert held.constraint_force[k, :3] == pytest.approx(wrench[:3], rel=0.02)
 
 
 def test_without_the_simulator_the_cell_names_the_command(monkeypatch):
@@ -265,3 +283,17 @@ def test_tables_and_pictures_are_made(name):
 def test_simulated_tables_and_pictures_are_made(name):
     pytest.importorskip("mujoco")
     test_tables_and_pictures_are_made(name)
+
+
+def test_values_that_jump_out_of_the_limits_make_no_motion():
+    pytest.importorskip("mujoco")
+    [row] = [row for row in moved(PATHS[0], BY_ITSELF[0], 302) if row["drive"] == "joints"]
+    assert row["kind"] == "motion" and not row["ran to the end"]
+    assert "limits" in str(row["reason"]) and row["error, largest, mm"] is None
+
+
+def test_errors_that_are_not_known_are_not_zero():
+    rows = [{"error, largest, mm": value} for value in (None, 3.0, 5.0)]
+    assert _range(rows) == "3 to 5 mm, no motion in 1 of 3"
+    assert _range(rows[:1]) == "unknown, no motion in 1 of 1"
+    assert _median(rows, "error, largest, mm") == 4.0

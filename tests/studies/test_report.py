@@ -123,7 +123,7 @@ def test_pictures_have_their_words(made):
 
 def test_tables_have_captions_and_scopes(made):
     page = Page(made[2])
-    assert len(page.all("caption")) == len(page.all("table")) == 3
+    assert len(page.all("caption")) == len(page.all("table")) == 4
     assert all(attrs["scope"] in ("col", "row") for attrs in page.all("th"))
     assert "Table t.1: 4 rows" in page.words()
 
@@ -143,10 +143,27 @@ def test_what_failed_is_on_the_page(made):
 
 def test_method_tells_seeds_versions_and_machine(made):
     words = Page(made[2]).words()
-    assert "0-2, 5" in words and "one BLAS thread" in words and "cores" in words
+    assert "seed 0-2, 5" in words and "one BLAS thread" in words and "cores" in words
     for name in ("kinverse", "numpy", "Python", "processor", "UTC"):
         assert name in words
     assert re.search(r"test_report.seeded\s*4", words)
+
+
+def counted(seeds, solver_seed):
+    return [{"k": k} for k in range(seeds)]
+
+
+def test_counts_of_seeds_and_seeds_that_are_no_arguments_are_told(tmp_path):
+    from dataclasses import replace
+
+    cells = [Cell("c", counted, {"seeds": 4, "solver_seed": 9})]
+    table = TableSpec(
+        "t", "", lambda q: cells, lambda rows: Table("T", rows["c"], Verdict.OURS, "")
+    )
+    study = replace(work.study_of(table), seeds={"weights": "4100 + seed"})
+    [run] = run_studies([(study, study.tables)], quick=False, out=tmp_path)
+    words = Page(write_report(run, tmp_path).read_text()).words()
+    assert "seed 0-3; solver seed 9; weights 4100 + seed; what has no seed here" in words
 
 
 def test_long_tables_are_cut_on_the_page_only(made):
@@ -162,6 +179,40 @@ def test_csv_has_all_digits_and_empty_for_unknown(made):
     assert rows[3] == {"name": "<5>", "error, mm": "2.5", "solved": "True", "lost": ""}
 
 
+def test_every_row_of_the_cells_is_in_a_csv_file_of_their_function(made):
+    text = (made[1].parent / "cells-test_report.seeded.csv").read_text()
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [row["cell"] for row in rows] == ["s0", "s1", "s2", "s5"]
+    assert [row["argument seed"] for row in rows] == ["0", "1", "2", "5"]
+    assert [row["error, mm"] for row in rows] == ["0.0", "0.5", "1.0", "2.5"]
+    links = [attrs["href"] for attrs in Page(made[2]).all("a")]
+    assert "cells-test_report.seeded.csv" in links and "cells-test_report.many.csv" in links
+
+
+def test_the_machines_are_those_of_the_cells(made, tmp_path):
+    """As after a cluster, or a folder that was taken elsewhere."""
+    from dataclasses import replace
+
+    cells = work.cells(work.squares, tmp_path / "log", count=3)
+    study = work.study_of(work.table_of("t", cells))
+    [run] = run_studies([(study, study.tables)], quick=False, out=tmp_path)
+    facts = {"processor": "Abacus", "kinverse": "0.0.7"}
+    cell, done = run.cells["squares-1"]
+    moved = replace(done, machine=facts, date="1999-12-31 23:59")
+    run = replace(run, cells={**run.cells, "squares-1": (cell, moved)})
+    words = Page(write_report(run, tmp_path).read_text()).words()
+    assert re.search(r"Abacus\s*1\s*1999-12-31 23:59\s*1999-12-31 23:59", words)
+    assert "0.0.7" in words
+    again = go_on(study, tmp_path).cells["squares-0"][1]
+    assert again == run.cells["squares-0"][1]  # as it was computed: seconds, machine and date
+
+
+def go_on(study, out):
+    [run] = run_studies([(study, study.tables)], quick=False, out=out)
+    assert run.computed == 0
+    return run
+
+
 def test_a_heavy_picture_becomes_a_bitmap(tmp_path):
     pictures = (Picture("Many", "Many points", draw(5_000)),)
 
@@ -174,16 +225,53 @@ def test_a_heavy_picture_becomes_a_bitmap(tmp_path):
     assert image["src"].startswith("data:image/png")
 
 
-def test_a_run_of_one_table_leaves_the_whole_page_alone(made):
-    from dataclasses import replace
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("tables", [1, 2])
+def test_no_other_run_alters_the_whole_page_or_its_numbers(tmp_path, quick, tables):
+    def build(rows):
+        return Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")
 
-    out, path, text = made
-    study = work.study_of(TableSpec("a", "", lambda q: [], lambda rows: TOY))
-    two = replace(study, tables=(*study.tables, replace(study.tables[0], name="b")))
-    [run] = run_studies([(two, two.tables[:1])], quick=True, out=out)
-    page = write_report(run, out)
-    assert page.name == "a.html" and "A quick run" in page.read_text()
-    assert path.read_text() == text
+    def other(rows):
+        return Table("T", [{"a": 2}], Verdict.REPRODUCED, "0 mm")
+
+    def study(build):
+        return work.study_of(*(TableSpec(name, "", lambda q: [], build) for name in "ab"))
+
+    whole = study(build)
+    [run] = run_studies([(whole, whole.tables)], quick=False, out=tmp_path)
+    path = write_report(run, tmp_path)
+    before = {each: each.read_text() for each in (path, *path.parent.glob("*.csv"))}
+    later = study(other)
+    [run] = run_studies([(later, later.tables[:tables])], quick=quick, out=tmp_path)
+    page = write_report(run, tmp_path)
+    if (quick, tables) == (False, 2):
+        assert page == path  # the same run once more
+        return
+    assert len(before) == 3 and {each: each.read_text() for each in before} == before
+    assert (page.parent / "a.csv").read_text() == "a\n2\n"
 
 
-TOY = Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")
+def test_a_run_of_one_table_is_in_a_folder_of_its_name(tmp_path):
+    study = work.study_of(*(TableSpec(name, "", lambda q: [], toy) for name in "ab"))
+    [run] = run_studies([(study, study.tables[:1])], quick=True, out=tmp_path)
+    page = write_report(run, tmp_path)
+    assert page == tmp_path / "toy" / "quick" / "table-a" / "index.html"
+    assert "A quick run" in page.read_text()
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_a_quick_run_says_so_in_its_heading_and_beside_every_verdict(tmp_path, quick):
+    study = work.study_of(*(TableSpec(name, "", lambda q: [], toy) for name in "ab"))
+    [run] = run_studies([(study, study.tables)], quick=quick, out=tmp_path)
+    text = write_report(run, tmp_path).read_text()
+    caution = "quick run, not for conclusions"
+    assert (f"<h1>A toy ({caution})</h1>" in text) == quick
+    assert (f"<title>toy: A toy ({caution})</title>" in text) == quick
+    verdict = '<span class="verdict badge good">reproduced</span>'
+    beside = f'{verdict} <span class="badge caution">{caution}</span>'
+    assert text.count(verdict) == 4  # two tables, each in the list and in its section
+    assert text.count(beside) == (4 if quick else 0)
+
+
+def toy(rows):
+    return Table("T", [{"a": 1}], Verdict.REPRODUCED, "0 mm")

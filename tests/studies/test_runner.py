@@ -1,4 +1,6 @@
+import hashlib
 import json
+import os
 
 import pytest
 import work
@@ -44,6 +46,47 @@ def test_equal_cells_run_once_whatever_table_study_or_name_they_have(tmp_path, l
     assert go(b, tmp_path).computed == 0
 
 
+def again(text, **changed):
+    """A record with other values whose checksum is right."""
+    record = {**json.loads(text), **changed}
+    whole = {name: record[name] for name in ("rows", "seconds", "machine", "date")}
+    record["checksum"] = hashlib.sha256(json.dumps(whole).encode()).hexdigest()
+    return json.dumps(record)
+
+
+def test_a_right_checksum_is_trusted(tmp_path, log):
+    study = work.study_of(work.table_of("t", work.cells(work.squares, log)))
+    go(study, tmp_path)
+    file = tmp_path / "toy" / "cells" / "squares-2.json"
+    file.write_text(again(file.read_text(), seconds=7.5))
+    made = go(study, tmp_path)
+    assert made.computed == 0 and made.cells["squares-2"][1].seconds == 7.5
+
+
+@pytest.mark.parametrize(
+    "name", ["cells/squares-2.json", "t.csv", "index.html", "cells-work.squares.csv", "cells"]
+)
+def test_what_is_no_file_in_place_of_one_is_told_before_any_work(tmp_path, log, name):
+    study = work.study_of(work.table_of("t", work.cells(work.squares, log)))
+    place = tmp_path / "toy" / name
+    place.parent.mkdir(parents=True, exist_ok=True)
+    if name == "cells":
+        place.write_text("")
+    else:
+        place.mkdir()
+    with pytest.raises(InputError, match=f"{place}"):
+        go(study, tmp_path)
+    assert calls(log) == []
+
+
+def test_a_pipe_in_place_of_a_cell_is_told_and_not_waited_for(tmp_path, log):
+    study = work.study_of(work.table_of("t", work.cells(work.squares, log)))
+    (tmp_path / "toy" / "cells").mkdir(parents=True)
+    os.mkfifo(tmp_path / "toy" / "cells" / "squares-2.json")
+    with pytest.raises(InputError, match="has to be a file and is none: remove it"):
+        go(study, tmp_path)
+
+
 @pytest.mark.parametrize(
     "harm",
     [
@@ -52,8 +95,18 @@ def test_equal_cells_run_once_whatever_table_study_or_name_they_have(tmp_path, l
         lambda text: text.replace('"square": 4', '"square": 5'),
         lambda text: "[1, 2]",
         lambda text: text.replace('"checksum"', '"sum"'),
+        lambda text: "[" * 100_000 + "]" * 100_000,
+        lambda text: '{"rows": ' * 100_000 + "1" + "}" * 100_000,
+        lambda text: again(text, seconds=float("nan")),
+        lambda text: again(text, seconds=-1.0),
+        lambda text: again(text, seconds=10**400),
+        lambda text: again(text, seconds="1"),
+        lambda text: again(text, machine=None),
+        lambda text: again(text, machine={"processor": 1}),
+        lambda text: again(text, date="once"),
+        lambda text: again(text, rows=[{"square": float("inf")}]),
+        lambda text: text.replace('"seconds": ', '"seconds": 1'),
     ],
-    ids=["half", "empty", "changed", "no record", "no checksum"],
 )
 def test_a_damaged_file_is_computed_again(tmp_path, log, harm):
     study = work.study_of(work.table_of("t", work.cells(work.squares, log)))

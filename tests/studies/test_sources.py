@@ -6,7 +6,7 @@ import types
 import pytest
 
 from kinverse.errors import InputError
-from kinverse.studies.sources import source_hash
+from kinverse.studies.sources import library_hash, source_hash
 
 
 @pytest.fixture
@@ -54,3 +54,22 @@ def test_a_module_without_a_file_is_refused(monkeypatch):
     monkeypatch.setitem(sys.modules, "nowhere", types.ModuleType("nowhere"))
     with pytest.raises(InputError, match="nowhere has no file"):
         source_hash("nowhere")
+
+
+@pytest.mark.parametrize("name", ["robot.py", "robots/kr16.toml", "_core.so"])
+def test_the_library_and_its_core_count(tmp_path, name):
+    folders = [tmp_path / "a", tmp_path / "b", tmp_path / "c"]
+    for folder in folders:
+        for path in ("robot.py", "robots/kr16.toml", "_core.so", "cli/main.py"):
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text("1")
+    (folders[1] / name).write_text("2")
+    (folders[2] / "cli/main.py").write_text("2")
+    a, b, c = (library_hash(folder, folder / "_core.so") for folder in folders)
+    assert a != b and a == c
+
+
+def test_the_library_is_part_of_every_mark(package, monkeypatch):
+    before = source_hash("kinverse_toy.part.cells")
+    monkeypatch.setattr("kinverse.studies.sources.library_hash", lambda *given: "other")
+    assert source_hash("kinverse_toy.part.cells") != before

@@ -47,6 +47,7 @@ def test_tables_are_printed_and_written(capsys, tmp_path, toy):
 def test_one_table(capsys, tmp_path, toy):
     code, out, _ = said(capsys, "toy", "--table", "b", "--out", tmp_path, "--quick", "--jobs", 1)
     assert code == 0 and "table b" in out and "table a" not in out
+    assert "ours, nothing printed (quick run, not for conclusions): 0 mm at most" in out
 
 
 def test_wide_and_long_tables_are_cut_and_say_where_the_rest_is(capsys, tmp_path, toy):
@@ -76,14 +77,14 @@ def test_ctrl_c_says_that_nothing_is_lost(capsys, tmp_path, toy):
     cells = work.cells(work.interrupted_at_two, tmp_path / "log")
     toy(work.study_of(work.table_of("a", cells)))
     code, _, err = said(capsys, "toy", "--out", tmp_path, "--jobs", 1)
-    assert code == 2 and "finished cells are kept" in err and "interrupted" in err
+    assert code == 130 and "finished cells are kept" in err and "interrupted" in err
 
 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         (["nobody"], "there is no study 'nobody'; there are"),
-        (["jha2015", "--table", "9.9"], "jha2015 has no table '9.9'; it has 7.1, 7.7"),
+        (["jha2015", "--table", "9.9"], "jha2015 has no table '9.9'; it has fig-7.1, 7.1, 7.2"),
         (["all", "--table", "7.7"], "of which study"),
         (["--table", "7.7"], "--table needs a study"),
         (["jha2015", "--jobs", "0"], "--jobs"),

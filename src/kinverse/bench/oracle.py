@@ -1,12 +1,14 @@
-"""The bench's own forward kinematics and error measure: plain NumPy, nothing of the core's.
+"""Whatever kinverse or a peer answers is judged here: ``kinverse.judge``, and how near singular.
 
-Whatever kinverse or a peer answers is judged here, by the robot's numbers alone.
+Plain NumPy, nothing of the core's.
 """
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kinverse.judge import errors, frames, inside, pose
 
 if TYPE_CHECKING:
     from kinverse.robot import Robot
@@ -24,30 +26,6 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-
-
-def frames(robot: "Robot", q: Array) -> list[Array]:
-    """Where each joint is: one (N, 4, 4) array a moving joint, after its motion, then the tool."""
-    T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
-    stops = []
-    for i, kind in enumerate(robot.kinds):
-        value = robot.multiplier[i] * q[:, robot.source[i]] + robot.offset[i]
-        motion = np.zeros((len(q), 4, 4))
-        motion[:, range(4), range(4)] = 1.0
-        if kind == "P":
-            motion[:, 2, 3] = value
-        else:
-            motion[:, 0, 0] = motion[:, 1, 1] = np.cos(value)
-            motion[:, 1, 0] = np.sin(value)
-            motion[:, 0, 1] = -motion[:, 1, 0]
-        T = T @ robot.frames[i] @ motion
-        stops.append(T)
-    return [*stops, T @ robot.frames[-1]]
-
-
-def pose(robot: "Robot", q: Array) -> Array:
-    """(N, n) joint values to (N, 4, 4) poses."""
-    return frames(robot, q)[-1]
 
 
 def jacobian(robot: "Robot", q: Array, at: list[Array] | None = None) -> Array:
@@ -88,24 +66,6 @@ def conditioning(robot: "Robot", q: Array) -> Array:
     J[:, :, slides(robot)] *= length
     values = np.linalg.svd(J, compute_uv=False)
     return np.asarray(values[:, -1] / values[:, 0])
-
-
-def errors(target: Array, reached: Array) -> tuple[Array, Array]:
-    """Distances [m] and angles [rad] between poses (N, 4, 4)."""
-    far = np.linalg.norm(target[:, :3, 3] - reached[:, :3, 3], axis=1)
-    R = np.swapaxes(target[:, :3, :3], 1, 2) @ reached[:, :3, :3]
-    skew = np.stack(
-        [R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1
-    )
-    trace = R[:, 0, 0] + R[:, 1, 1] + R[:, 2, 2]
-    return far, np.arctan2(np.linalg.norm(skew, axis=1), trace - 1.0)
-
-
-def inside(robot: "Robot", q: Array, slack: float = 1e-9) -> NDArray[np.bool_]:
-    """Which rows of q (N, n) are finite and inside the limits."""
-    low, high = robot.limits.T
-    held: NDArray[np.bool_] = ((q >= low - slack) & (q <= high + slack)).all(axis=1)
-    return held
 
 
 def slides(robot: "Robot") -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ from kinverse.solvers.numerical import Numerical
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["TENTH", "Follower", "Nodes", "Spline"]
+__all__ = ["AT_ONCE", "PIECES", "Follower", "Nodes", "Spline"]
 
 Array = NDArray[np.float64]
 Nodes = tuple[Array, NDArray[np.int32]]
@@ -22,12 +22,10 @@ Nodes = tuple[Array, NDArray[np.int32]]
 KNOTS = 4
 SPREAD = 0.4
 """Joint values of the knots lie within this of the first one's [rad]."""
-TENTH, ROUNDING = 0.1, 1e-7
-"""What ``track`` promises of a step that changes branches: part of the step, and metres."""
-PIECES = 16
-"""Small steps from one sample to the next."""
-MOST_LED = 0.25
-"""A joint moves no further in one of them [rad]."""
+PIECES = 16, 1024
+"""Small steps from one sample to the next; what fewer lead over is asked again with more."""
+AT_ONCE = 4.0
+"""A joint moves no further in one of them than so many times its even part of ``limit``."""
 SAME = 1e-5
 """Joint values nearer than this are one [rad]: near a singularity poses tell them less exactly."""
 STARTS = 300
@@ -66,7 +64,6 @@ class Follower:
 
     def __init__(self, robot: "Robot") -> None:
         self.robot = robot
-        self.size = 0.1 * float(np.linalg.norm(robot.frames[1:, :3, 3], axis=1).sum())
         self.solver = Analytic(windings="all").fit(robot)
         self.inside = Numerical(max_starts=STARTS).fit(robot)
         self.anywhere = Numerical(max_starts=STARTS, limits="ignore").fit(robot)
@@ -77,7 +74,6 @@ class Follower:
         s: Array,
         limit: float,
         start: Nodes | None = None,
-        led: bool = False,
     ) -> Nodes:
         """The nodes of the last sample that steps of at most ``limit`` lead to.
 
@@ -86,7 +82,6 @@ class Follower:
             s: (N,) its parameter at the samples.
             limit: largest joint step.
             start: nodes of the first sample; None: all of them.
-            led: which steps may change branches, see ``same_side``.
         """
         T = path(s)
         found = self.solver.solve(T)
@@ -95,7 +90,7 @@ class Follower:
         for k, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
             layer = found.q[first:last], found.branch[first:last]
             joined = self.joined((q, branch), layer, limit)
-            joined &= self.same_side(path, s[k : k + 2], (q, branch), layer, joined, led)
+            joined &= self.same_side(path, s[k : k + 2], (q, branch), layer, joined, limit)
             onward = joined.any(axis=1)
             q, branch = layer[0][onward], layer[1][onward]
         return q, branch
@@ -115,9 +110,12 @@ class Follower:
         before: Nodes,
         behind: Nodes,
         asked: NDArray[np.bool_],
-        led: bool,
+        limit: float,
     ) -> NDArray[np.bool_]:
-        """Which of the steps that are asked about keep the branch, or may change it.
+        """Which of the steps that are asked about keep the branch, or change it with the path.
+
+        What may change it: the path leads in small steps from the joint values before to those
+        behind, or on the way back.
 
         Args:
             path: the path.
@@ -125,31 +123,26 @@ class Follower:
             before: nodes of the first sample.
             behind: those of the second.
             asked: (K behind, K before) steps to look at.
-            led: what may change it. True: what the path itself leads over, in small steps from the
-                joint values before to those behind or on the way back. False: what ``track``
-                promises, that the tool is half-way within a tenth of the step of the path.
+            limit: largest joint step [rad].
         """
         same = np.asarray(behind[1][:, None] == before[1])
         b, a = np.nonzero(asked & ~same)
         if not len(b):
             return same
         start, end = before[0][a], behind[0][b]
-        if led:
-            way = path(np.linspace(s[0], s[1], PIECES + 1))[:, None]
-            same[b, a] = self._leads(way[1:], start, end) | self._leads(way[-2::-1], end, start)
-        else:
-            ends, half = path(s), path(np.array([s.mean()]))
-            allowed = TENTH * self.apart(ends[:1], ends[1:]) + ROUNDING
-            same[b, a] = self.apart(half, oracle.pose(self.robot, 0.5 * (start + end))) <= allowed
+        for pieces in PIECES:
+            way = path(np.linspace(s[0], s[1], pieces + 1))[:, None]
+            most = AT_ONCE * limit / pieces
+            led = self._leads(way[1:], start, end, most)
+            led |= self._leads(way[-2::-1], end, start, most)
+            b, a, start, end = b[led], a[led], start[led], end[led]
+            if not len(b):
+                return same
+        same[b, a] = True
         return same
 
-    def apart(self, a: Array, b: Array) -> Array:
-        """Distances of poses (K, 4, 4) [m], angles counted with a tenth of the arm's length."""
-        far, off = oracle.errors(a, b)
-        return np.asarray(far + self.size * off)
-
-    def _leads(self, poses: Array, start: Array, end: Array) -> NDArray[np.bool_]:
-        led = continued(self.robot, poses, start, MOST_LED, hold_limits=False)[-1]
+    def _leads(self, poses: Array, start: Array, end: Array, most: float) -> NDArray[np.bool_]:
+        led = continued(self.robot, poses, start, most, hold_limits=False)[-1]
         return np.asarray(np.abs(led - end).max(axis=1) < SAME)
 
     def has_none(self, T: Array) -> bool:

@@ -28,7 +28,7 @@ from kinverse.errors import KinverseError
 __all__ = ["app", "main"]
 
 INTERRUPTED = 130
-"""What typer makes of a Ctrl-C that no command has taken."""
+"""The exit status after Ctrl-C that no command has taken, as shells have it and typer."""
 
 app = typer.Typer(
     name="kinverse",
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: arguments without the program's name; None: those of the process.
 
     Returns:
-        The exit status: 0 all solved, 1 some not, 2 bad input.
+        The exit status: 0 all solved, 1 some not, 2 bad input, 130 interrupted.
 
     Example:
         >>> main(["robots"])
@@ -87,13 +87,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         return _refuse(f"{error.strerror}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, typer.Abort):
-        return _refuse("interrupted")
+        return _refuse("interrupted", INTERRUPTED)
     if code == INTERRUPTED:
-        return _refuse("interrupted")
+        return _refuse("interrupted", INTERRUPTED)
     return code if isinstance(code, int) else 0
 
 
-def _refuse(message: str) -> int:
+def _refuse(message: str, code: int = 2) -> int:
     # one line, whatever the message was
     print("kinverse: error:", " ".join(message.split()), file=sys.stderr)
-    return 2
+    return code

@@ -15,6 +15,7 @@ from rich.progress import Progress
 import kinverse as kv
 from kinverse.cli._poses import Poses
 from kinverse.cli._show import (
+    arm_size,
     console,
     joint_header,
     joint_kinds,
@@ -190,9 +191,7 @@ class Answers:
 
     def remark(self) -> None:
         """Say on standard error if poses are so far off that their unit must be another."""
-        frames, limits = self.robot.frames[:, :3, 3], self.robot.limits
-        slides = [k == "P" for k in joint_kinds(self.robot)]
-        size = np.linalg.norm(frames, axis=1).sum() + np.abs(limits).max(axis=1)[slides].sum()
+        size = arm_size(self.robot)
         for part in self.done:
             miss = np.nan_to_num(part.stats.best_position_error[~part.ok]).max(initial=0.0)
             if miss > FAR * size:

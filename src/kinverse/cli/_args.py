@@ -35,7 +35,10 @@ PathName = Annotated[
     str,
     typer.Argument(
         metavar="PATH",
-        help="A .csv, .npz or .npy file of poses, or a named path such as masajedi_straight.",
+        help="A .csv, .npz or .npy file of poses, or a named path such as masajedi_straight. A .csv"
+        " has a header: x y z with roll pitch yaw or qw qx qy qz, in m and rad (with --degrees"
+        " deg);"
+        ' "x [mm]" or "roll [deg]" in it states another unit.',
     ),
 ]
 Base = Annotated[str | None, typer.Option(help="Link the chain starts from (files only).")]
@@ -60,7 +63,7 @@ ErrorModel = Annotated[
 LISTS = (
     "--tool",
     *("--pose", "--q", "--q-seed", "--q-start", "--region"),
-    *("--velocity", "--acceleration", "--gravity", "--max-velocity"),
+    *("--velocity", "--acceleration", "--gravity", "--max-velocity", "--max-acceleration"),
 )
 
 

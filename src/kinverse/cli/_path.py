@@ -1,19 +1,25 @@
 """Which path PATH means: a file of poses, or a path of a source document by its name."""
 
 from pathlib import Path as FilePath
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinverse.cli._show import note, note_turns
+from kinverse.cli._show import arm_size, note, note_turns
 from kinverse.errors import InputError
 from kinverse.paths import Path, named_path, named_samples, path_names
 from kinverse.paths.files import Poses, from_csv, from_matrix, from_npz
 
-__all__ = ["Given", "given_path"]
+if TYPE_CHECKING:
+    from kinverse.robot import Robot
+
+__all__ = ["Given", "given_path", "remark_unit"]
 
 Array = NDArray[np.float64]
+
+FAR = 3.0
+"""Poses all so many times farther away than the arm reaches are taken for a mistake of units."""
 
 
 class Given(NamedTuple):
@@ -61,6 +67,17 @@ def given_path(
         raise InputError(f"{text}: {error}") from error
     told = path.sample(samples)
     return Given(told.T, told.s, path)
+
+
+def remark_unit(robot: "Robot", T: Array) -> None:
+    """Say on standard error if positions [m] must be millimetres: far off, a thousandth is not."""
+    away, size = np.linalg.norm(T[:, :3, 3], axis=1), arm_size(robot)
+    if away.min() > FAR * size and 1e-3 * away.max() <= size:
+        note(
+            f"positions are read as metres: the nearest pose is {away.min():.4g} m from the base,"
+            f" the arm reaches {size:.3g} m at most. If they are millimetres, name the columns"
+            ' "x [mm]", "y [mm]", "z [mm]"'
+        )
 
 
 def _of_file(text: str, degrees: bool, task: str) -> Poses:

@@ -2,23 +2,16 @@
 
 import signal
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-from rich.markup import escape
-from rich.progress import Progress
-
-from kinverse.cli._show import note, notes
+from kinverse.cli._bar import Bar
+from kinverse.cli._show import note
 
 __all__ = ["Session"]
-
-
-QUIET = 10.0
-"""Where no bar can be shown, a line tells how far it is after so many seconds."""
 
 
 class Session:
@@ -35,18 +28,12 @@ class Session:
     def __init__(self) -> None:
         self.interrupted = False
         self._training = False
-        screen = notes()
-        self._bar = Progress(console=screen, transient=True, disable=not screen.is_terminal)
-        self._job = self._bar.add_task("", total=1.0)
-        self._told = time.monotonic()
+        self._bar = Bar()
 
     def __call__(self, text: str, share: float) -> bool:
         """Show how far it is; True asks the training to end."""
         self._training = share < 1.0 and text != "examples"
-        self._bar.update(self._job, completed=share, description=escape(text))
-        if self._bar.disable and time.monotonic() - self._told > QUIET:
-            note(f"{share:4.0%} {text}")
-            self._told = time.monotonic()
+        self._bar(text, share)
         return self.interrupted
 
     @contextmanager

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from kinverse.robot import Robot
 
 __all__ = [
+    "arm_size",
     "console",
     "joint_header",
     "joint_values",
@@ -109,6 +110,15 @@ def joint_kinds(robot: "Robot") -> str:
     """One letter for each free joint: that of the first moving joint that it drives."""
     source = robot.source.tolist()
     return "".join(robot.kinds[source.index(j)] for j in range(robot.dof))
+
+
+def arm_size(robot: "Robot") -> float:
+    """No pose farther from the base frame is reached [m]: the links and slides end to end."""
+    import numpy as np
+
+    slides = [kind == "P" for kind in joint_kinds(robot)]
+    links = np.linalg.norm(robot.frames[:, :3, 3], axis=1).sum()
+    return float(links + np.abs(robot.limits).max(axis=1)[slides].sum())
 
 
 def joint_header(robot: "Robot") -> list[str]:

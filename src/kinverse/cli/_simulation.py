@@ -145,7 +145,7 @@ class Told:
                 ],
                 "loads": loads,
                 "gaps": [
-                    {"where": where(gap), "reason": gap.code.name, "text": gap.text}
+                    {"where": where(gap), "reason": gap.code.name, "text": gap.told(rows=True)}
                     for gap in found.gaps
                 ],
             }

@@ -9,7 +9,7 @@ from kinverse.cli._show import console, show_table, table
 from kinverse.studies.registry import load_study, study_names
 from kinverse.studies.shown import columns, is_numeric, shown
 from kinverse.studies.study_run import StudyRun
-from kinverse.studies.table import Table
+from kinverse.studies.table import CAUTION, Table
 
 __all__ = ["show", "show_studies"]
 
@@ -31,7 +31,8 @@ def show(run: StudyRun, page: Path) -> None:
     tell = console().print
     for name, each in run.tables.items():
         tell(f"\n{each.title}", markup=False, style="bold")
-        tell(f"{each.verdict}: {each.residual}", markup=False)
+        caution = f" ({CAUTION})" if run.quick else ""
+        tell(f"{each.verdict}{caution}: {each.residual}", markup=False)
         if each.note:
             tell(each.note, markup=False)
         _show_rows(each, page.parent / f"{name}.csv")

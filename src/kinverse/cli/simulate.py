@@ -40,11 +40,16 @@ def simulate(
     velocity: Annotated[
         str | None,
         typer.Option(
-            help="Limit of the joints' speed, one or n numbers [rad/s or m/s]; 1 if left out."
+            help="Limit of the joints' speed, one or n numbers [rad/s or m/s]; with --degrees"
+            " [deg/s]. Left out, with --degrees too: 1 rad/s (57.3 deg/s) or 1 m/s."
         ),
     ] = None,
     acceleration: Annotated[
-        str | None, typer.Option(help="Likewise [rad/s^2 or m/s^2]; 4 if left out.")
+        str | None,
+        typer.Option(
+            help="Likewise [rad/s^2 or m/s^2]; with --degrees [deg/s^2]. Left out, with --degrees"
+            " too: 4 rad/s^2 (229 deg/s^2) or 4 m/s^2."
+        ),
     ] = None,
     duration: Annotated[
         float | None, typer.Option(help="Instead of both: seconds, from rest to rest.")
@@ -125,6 +130,7 @@ def simulate(
     pull = numbers(gravity, 3, "--gravity", "x y z")
     arm = kv.load(robot, base=base, tip=tip)
     given = _path.given_path(path, degrees, task, samples)
+    _path.remark_unit(arm, given.T)
     turns = np.array([kind == "R" for kind in joint_kinds(arm)])
     scale = np.where(turns & degrees, np.pi / 180.0, 1.0)
     limits = [
@@ -143,7 +149,7 @@ def simulate(
     if found.gaps and not json:
         ToldPath(found, degrees).show()
     if not found.intervals:
-        raise NoSolution(f"no pose of {path} was tracked: {found.gaps[0].text}")
+        raise NoSolution(f"no pose of {path} was tracked: {found.gaps[0].told(degrees, rows=True)}")
     part = max(found.intervals, key=lambda ends: ends[1] - ends[0])
     spline = joined(found, given, part, task, tolerance)
     if spline.beyond is not None and spline.beyond.amount > wanted.BEYOND:

@@ -24,12 +24,10 @@ def study(
     ] = None,
 ) -> int:
     """Run a source document again; exit status 1 if something failed. Ctrl-C loses no cell."""
-    from rich.markup import escape
-    from rich.progress import Progress
-
     from kinverse import plots
     from kinverse.cli import _study
-    from kinverse.cli._show import note, notes
+    from kinverse.cli._bar import Bar
+    from kinverse.cli._show import note
     from kinverse.studies.report import write_report
     from kinverse.studies.runner import run
 
@@ -39,19 +37,15 @@ def study(
         _study.show_studies()
         return 0
     plots.new_figure((1.0, 1.0))  # a missing package is told before the work
-    screen = notes()
     try:
-        with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
-            job = bar.add_task(escape(name), total=1.0)
+        with Bar(name) as bar:
             made = run(
                 name,
                 table,
                 quick=quick,
                 out=out,
                 jobs=-1 if jobs is None else jobs,
-                progress=lambda text, share: bar.update(
-                    job, completed=share, description=escape(text or name)
-                ),
+                progress=lambda text, share: bar(text or name, share),
             )
     except KeyboardInterrupt:
         note(f"finished cells are kept in {out}: the same command goes on from there")

@@ -44,8 +44,19 @@ def track(
         str | None,
         typer.Option(
             help="Of the joints, one or n numbers [rad/s or m/s]; with --degrees [deg/s]. For"
-            " --metric time."
+            " --metric time, and with --max-acceleration."
         ),
+    ] = None,
+    max_acceleration: Annotated[
+        str | None,
+        typer.Option(
+            help="Likewise [rad/s^2 or m/s^2]; with --degrees [deg/s^2]. The path is timed, as fast"
+            " as both let it, and --out FILE.csv is for a controller: t, joint values, speeds and"
+            " accelerations."
+        ),
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="Rows of that file a second; 250 if left out.")
     ] = None,
     max_step: Annotated[
         float | None, typer.Option(help="Largest step of a joint [rad or m]; with --degrees [deg].")
@@ -78,6 +89,9 @@ def track(
     q_start: Annotated[
         str | None, typer.Option("--q-start", help="Joint values before the path.")
     ] = None,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="The joints are to end where they begin.")
+    ] = False,
     degrees: Degrees = False,
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write to this .csv or .json file.")] = None,
@@ -89,7 +103,8 @@ def track(
 ) -> int:
     """Follow a path of poses on one branch; exit status 1 if it has gaps.
 
-    Between the poses of a file the path is straight. Collision is tested at the samples.
+    Between the poses of a file the path is straight. Collision is tested at the samples. Exit
+    status 1 too where a tolerance, or in time the joint limits, are not kept.
     """
     import numpy as np
 
@@ -99,6 +114,7 @@ def track(
     from kinverse.cli._show import joint_kinds, note, write_atomically
     from kinverse.cli._tool import with_tool
     from kinverse.paths import track as tracked
+    from kinverse.paths.motion_file import RATE
 
     if out is not None and out.suffix not in (".csv", ".json"):
         raise InputError(f"--out must end in .csv or .json, got {out.name!r}")
@@ -106,13 +122,15 @@ def track(
         raise InputError(f"--out: there is no folder {out.parent}")
     if plot is not None:
         check_plot(plot)
-    if (metric == "time") != (max_velocity is not None):
-        raise InputError("--max-velocity goes with --metric time, and the other way round")
+    _check_limits(metric, max_velocity, max_acceleration, rate, out)
     least = None if tolerance is None else LEAST_SAMPLES
     given = _path.given_path(path, degrees, task, samples, least)
     arm = kv.load(robot, base=base, tip=tip)
+    _path.remark_unit(arm, given.T)
     turns = np.array([kind == "R" for kind in joint_kinds(arm)])
     scale = np.where(turns & degrees, np.pi / 180.0, 1.0)
+    speeds = _per_joint(arm, "--max-velocity", max_velocity, scale)
+    accelerations = _per_joint(arm, "--max-acceleration", max_acceleration, scale)
     start = None
     if q_start is not None:
         start = numbers(q_start, arm.dof, "--q-start", " ".join(arm.joint_names)) * scale
@@ -125,15 +143,28 @@ def track(
         q_start=start,
         keep=keep_of(arm, radius, floor, spheres, model, margin),
         max_step=None if max_step is None else max_step * scale,
-        max_velocity=None if max_velocity is None else _speeds(arm, max_velocity) * scale,
+        max_velocity=speeds if metric == "time" else None,
         task=task,
         tolerance=tolerance,
         samples=len(given.T),
+        closed=closed,
     )
     s = found.s if found.s is not None else given.s
     unit = None if given.path is None else given.path.unit
     told = _joint_path.Told(found, degrees, metric, s, unit)
-    if out is not None:
+    motion = None
+    if speeds is not None and accelerations is not None:
+        if found.is_whole:
+            from kinverse.cli._motion import timed
+
+            limits = (speeds, accelerations)
+            per_second = RATE if rate is None else rate
+            motion = timed(found, given, limits, task, tolerance, per_second, degrees)
+        else:
+            note("a path with gaps is no one motion: nothing is timed or written to --out")
+    if out is not None and motion is not None:
+        write_atomically(out, motion.csv())
+    elif out is not None and accelerations is None:
         write_atomically(out, told.csv() if out.suffix == ".csv" else told.json())
     if plot is not None:
         from kinverse import plots
@@ -141,19 +172,37 @@ def track(
         plots.joint_path_figure(found).savefig(plot, dpi=120)
         note(f"drawn: {plot}")
     if json:
-        print(told.json())
+        print(told.json(motion.record() if motion is not None else None))
     else:
-        told.show()
-    return 0 if found.is_whole else 1
+        told.show(motion.lines() if motion is not None else [])
+    is_near = tolerance is None or not found.deviation > tolerance
+    return 0 if found.is_whole and is_near and (motion is None or motion.ok) else 1
 
 
-def _speeds(arm: "Robot", text: str) -> Any:
-    """Largest speeds (n,) of all joints, from one number or n."""
+def _check_limits(
+    metric: str, velocity: str | None, acceleration: str | None, rate: float | None, out: Any
+) -> None:
+    if metric == "time" and velocity is None:
+        raise InputError("--metric time needs --max-velocity")
+    if velocity is not None and metric != "time" and acceleration is None:
+        raise InputError("--max-velocity goes with --metric time or with --max-acceleration")
+    if acceleration is not None and velocity is None:
+        raise InputError("--max-acceleration goes with --max-velocity")
+    if rate is not None and (acceleration is None or out is None):
+        raise InputError("--rate goes with --max-acceleration and --out FILE.csv")
+    if acceleration is not None and out is not None and out.suffix != ".csv":
+        raise InputError(f"with --max-acceleration --out must end in .csv, got {out.name!r}")
+
+
+def _per_joint(arm: "Robot", option: str, text: str | None, scale: Any) -> Any:
+    """Limits (n,) of all joints, from one number or n; None where there are none."""
     import numpy as np
 
-    values = all_numbers(text, "--max-velocity")
+    if text is None:
+        return None
+    values = all_numbers(text, option)
     if len(values) not in (1, arm.dof):
-        raise InputError(f"--max-velocity needs 1 number or {arm.dof}, got {len(values)}")
+        raise InputError(f"{option} needs 1 number or {arm.dof}, got {len(values)}")
     if min(values) <= 0.0:
-        raise InputError(f"--max-velocity must be positive, got {text}")
-    return np.broadcast_to(np.array(values), (arm.dof,))
+        raise InputError(f"{option} must be positive, got {text}")
+    return np.broadcast_to(np.array(values), (arm.dof,)) * scale

@@ -22,9 +22,10 @@ from kinverse.paths.named import named_path, named_samples, path_names
 from kinverse.paths.orientation import Constant, Radial, Tangent
 from kinverse.paths.path import Path, Samples
 from kinverse.paths.planar_conditions import Condition, condition_5, condition_6
+from kinverse.paths.point_to_point import point_to_point
 from kinverse.paths.simulate import Simulation, simulate
 from kinverse.paths.track import track
-from kinverse.paths.trajectory import State, Trajectory, point_to_point, retime
+from kinverse.paths.trajectory import State, Trajectory, retime
 
 __all__ = [
     "Condition",

@@ -12,6 +12,7 @@ __all__ = [
     "SAME_PLACE",
     "as_bounds",
     "as_frame",
+    "as_joint_limits",
     "as_length",
     "as_stations",
     "check_blend",
@@ -75,6 +76,24 @@ def as_frame(value: Any, name: str) -> Array:
     return se3.pose(array) if array.shape == (3,) else se3.as_pose(array, name)
 
 
+def as_joint_limits(value: ArrayLike, n: int, name: str) -> Array:
+    """Positive limits (n,) from one number or n.
+
+    Raises:
+        InputError: another count, or one that is not positive and finite.
+    """
+    array = se3.as_real(value, name)
+    if array.shape not in ((), (n,)):
+        raise InputError(f"{name} must be one number or ({n},), got {array.shape}")
+    limits = np.broadcast_to(array, (n,)).astype(np.float64)
+    bad = ~((limits > 0.0) & (limits <= 1e9))
+    if bad.any():
+        joint = int(np.argmax(bad))
+        which = f"{name}[{joint}]" if array.ndim else name
+        raise InputError(f"{which} must be positive and finite, got {limits[joint]:g}")
+    return limits
+
+
 def turns_between(places: Array, given: Array) -> Array | None:
     """(K,) turn done at each pose [rad] if all are in one place; None if any is elsewhere.
 
@@ -86,7 +105,7 @@ def turns_between(places: Array, given: Array) -> Array | None:
     turns = _turn(given)
     if (turns <= SAME_WAY).any():
         row = int(np.argmax(turns <= SAME_WAY)) + 1
-        raise InputError(f"pose {row} repeats pose {row - 1} (rows counted from 0)")
+        raise InputError(f"T[{row}] repeats T[{row - 1}] (rows {row + 1} and {row} of a file)")
     return np.concatenate([[0.0], np.cumsum(turns)])
 
 
@@ -98,7 +117,8 @@ def check_pieces(places: Array, given: Array | None, name: str, closed: bool = F
         return
     before = int(np.argmax(short))
     row = (before + 1) % len(places)
-    where = f"{name}[{row}] is in the place of {name}[{before}] (rows counted from 0)"
+    rows = f"(rows {row + 1} and {before + 1} of a file)"
+    where = f"{name}[{row}] is in the place of {name}[{before}] {rows}"
     if row == 0:
         raise InputError(f"{where}: a closed curve returns to its first point by itself")
     if given is not None and _turn(given[[before, row]])[0] > SAME_WAY:

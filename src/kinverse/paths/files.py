@@ -126,7 +126,8 @@ def from_csv(path: Path, degrees: bool, skip: bool, task: str = "pose") -> Poses
 
     Either x, y, z with roll, pitch, yaw or with qw, qx, qy, qz; or m11 ... m34 (m41 ... m44 are
     checked if they are there). x, y, z alone do for the task "position". Other columns are
-    ignored. A name may carry its unit, ``x [mm]`` or ``roll [deg]``; without one it is read in
+    ignored. Cells are separated by commas, or, as the header is, by semicolons; decimals have a
+    point. A name may carry its unit, ``x [mm]`` or ``roll [deg]``; without one it is read in
     metres or radians.
 
     Args:
@@ -142,7 +143,10 @@ def from_csv(path: Path, degrees: bool, skip: bool, task: str = "pose") -> Poses
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
+            header_line = file.readline()
+            semicolons = ";" in header_line and "," not in header_line
+            file.seek(0)
+            reader = csv.reader(file, delimiter=";" if semicolons else ",")
             lines = [(row, reader.line_num) for row in reader if any(map(str.strip, row))]
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: not a CSV text file: {error}") from error
@@ -220,10 +224,11 @@ def _layout(
         return MATRIX + (LAST_ROW if whole else ()), by_matrix
     if task == "position" and have.issuperset(POSITION):
         return POSITION, by_xyz
+    mixed = "; commas and semicolons both: separate by one" if any(";" in k for k in header) else ""
     alone = "or x y z alone" if task == "position" else "(with --task position x y z alone)"
     raise InputError(
         f"{path}: the first row must name the columns x y z roll pitch yaw, x y z qw qx qy qz, or "
-        f"m11 ... m34 {alone}, each once; found {', '.join(header) or 'nothing'}"
+        f"m11 ... m34 {alone}, each once; found {', '.join(header) or 'nothing'}{mixed}"
     )
 
 
@@ -231,7 +236,8 @@ def _cell(text: str, column: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"column {column}: {text.strip()!r} is not a number") from None
+        comma = "; write decimals with a point" if text.count(",") == 1 else ""
+        raise InputError(f"column {column}: {text.strip()!r} is not a number{comma}") from None
     if not math.isfinite(value):
         raise InputError(f"column {column}: {text.strip()!r} is not finite")
     return value

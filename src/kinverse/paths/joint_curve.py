@@ -132,6 +132,12 @@ class Deviation(NamedTuple):
     positions: Array
     rotations: Array
 
+    def __repr__(self) -> str:
+        return (
+            f"Deviation: {self.position:.3g} m, {self.rotation:.3g} rad at most, at s ="
+            f" {self.at:.6g}, between {len(self.positions) + 1} samples"
+        )
+
 
 def deviation(robot: Robot, curve: JointCurve, path: Path) -> Deviation:
     """The tool's largest deviation from a path if the joints follow a curve.

@@ -1,5 +1,7 @@
 """The answer to one path: joint values, where they are continuous, and why not elsewhere."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
@@ -7,13 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinverse.paths.joint_curve import JointCurve
+from kinverse.paths.path_curve import curve_of
+
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Gap", "JointPath", "Reason"]
+__all__ = ["Angle", "Gap", "JointPath", "Reason", "SampleNumber"]
 
 Array = NDArray[np.float64]
 
+SHOWN = 5
+"""Gaps that are printed."""
 SAME_POSE = 1e-6
 """Poses that differ by less [m, and in the entries of the rotation] are one."""
 
@@ -32,6 +39,7 @@ class Reason(IntEnum):
     COLLISION = 3
     STEP = 4
     SINGULARITY = 5
+    NOT_CLOSED = 6
 
     @property
     def text(self) -> str:
@@ -46,21 +54,31 @@ _TEXTS = (
     "every solution is refused by keep",
     "the samples lie too far apart for the largest joint step",
     "the branch ends at a singularity, and no other continues it",
+    "the joints do not end where they begin",
 )
 
 
-@dataclass(frozen=True, slots=True)
+class Angle(float):
+    """An angle [rad] in the words of a gap, told in the unit that is asked for."""
+
+
+class SampleNumber(int):
+    """A sample in the words of a gap, counted from 0."""
+
+
+@dataclass(frozen=True, slots=True, repr=False)
 class Gap:
     """Samples ``start`` .. ``end - 1`` that are not tracked, and why.
 
     With ``end == start`` no sample is lost: the joints cannot get from sample ``start - 1`` to
-    sample ``start``, both of which are tracked. Before sample 0 the arm is at ``q_start``.
+    sample ``start``, both of which are tracked. Before sample 0 the arm is at ``q_start``; where a
+    path is to be closed, the first sample comes behind the last.
 
     Attributes:
         start: first sample.
         end: behind the last sample.
         code: a ``Reason``.
-        text: the reason in words, with its numbers.
+        words: the reason in words, with its numbers: a text, or parts of one.
         barrier: of a break, the last sample that the run before could have come to; -1 else. The
             run may end earlier, where it is cheaper to go over to the next.
     """
@@ -68,13 +86,38 @@ class Gap:
     start: int
     end: int
     code: Reason
-    text: str
+    words: Sequence[str | Angle | SampleNumber]
     barrier: int = -1
+
+    @property
+    def text(self) -> str:
+        """The reason in words, with its numbers: angles in rad, samples counted from 0."""
+        return self.told()
+
+    def told(self, degrees: bool = False, rows: bool = False) -> str:
+        """The same, if wanted with angles in degrees and with samples as rows, counted from 1.
+
+        Example:
+            >>> Gap(0, 0, Reason.STEP, ("joint 'a' moves ", Angle(0.5))).told(degrees=True)
+            "joint 'a' moves 28.6 deg"
+        """
+        return "".join(_told(part, degrees, rows) for part in self.words)
+
+    def __repr__(self) -> str:
+        return f"Gap: {_line(self)}"
 
     @property
     def is_break(self) -> bool:
         """Whether the gap lies between two samples that are both tracked."""
         return self.start == self.end
+
+
+def _told(part: str | Angle | SampleNumber, degrees: bool, rows: bool) -> str:
+    if isinstance(part, Angle):
+        return f"{math.degrees(part):.3g} deg" if degrees else f"{part:.3g} rad"
+    if isinstance(part, SampleNumber):
+        return f"row {part + 1}" if rows else f"sample {int(part)}"
+    return part
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +137,7 @@ class JointPath:
         branch_labels: ``branch_labels[b]`` says in words which branch b is; may be empty.
         deviation: largest distance [m] of the tool from the path between samples, joints moving in
             a straight line and the parameter evenly; NaN if it was not asked for.
+        tolerance: what was asked of the deviation [m]; NaN likewise.
 
     Example:
         >>> joint_path = track(robot, T)
@@ -111,6 +155,7 @@ class JointPath:
     s: Array | None = None
     branch_labels: tuple[str, ...] = ()
     deviation: float = float("nan")
+    tolerance: float = float("nan")
 
     def __post_init__(self) -> None:
         for name in ("T", "q", "branch", "ok", "s"):
@@ -156,6 +201,25 @@ class JointPath:
         """
         return tuple(self.q[start:end] for start, end in self.intervals)
 
+    def curve(self, degree: int = 5) -> JointCurve:
+        """The spline through all samples, for ``retime``, ``deviation`` or ``minimum_jerk``.
+
+        By the path's parameter, or where it has none by the way of the tool. A UserWarning says
+        where the path was tracked to a tolerance that the spline does not keep, as at corners.
+
+        Raises:
+            InputError: there are gaps (the first is named), or too few samples for the degree.
+
+        Example:
+            >>> track(robot, path, tolerance=1e-4).curve()
+        """
+        return curve_of(self, degree)
+
+    @property
+    def first_gap(self) -> str:
+        """Where the first gap lies and why it is there, in a line; empty if there is none."""
+        return _line(self.gaps[0]) if self.gaps else ""
+
     def __repr__(self) -> str:
         lines = [
             f"JointPath: {int(self.ok.sum())} of {len(self)} samples of {self.robot.name} in"
@@ -164,9 +228,23 @@ class JointPath:
         ]
         if self.closure > SAME_POSE:
             lines.append(f"the path is closed, the joints end {self.closure:.3g} from their start")
-        for gap in self.gaps[:10]:
-            where = f"before {gap.start}" if gap.is_break else f"{gap.start}..{gap.end - 1}"
-            lines.append(f"{where}: {gap.code.name}, {gap.text}")
-        if len(self.gaps) > 10:
-            lines.append(f"and {len(self.gaps) - 10} gaps more")
+        if self.deviation > self.tolerance:
+            lines.append(
+                f"the tool strays {self.deviation:.3g} m, more than the tolerance"
+                f" {self.tolerance:.3g} m"
+            )
+        lines += [_line(gap) for gap in self.gaps[:SHOWN]]
+        if len(self.gaps) > SHOWN:
+            lines.append(f"and {len(self.gaps) - SHOWN} gaps more")
         return "\n  ".join(lines)
+
+
+def _line(gap: Gap) -> str:
+    if gap.code is Reason.NOT_CLOSED:
+        where = "at the end"
+    elif gap.is_break:
+        where = f"before sample {gap.start}"
+    else:
+        last = gap.end - 1
+        where = f"sample {last}" if gap.start == last else f"samples {gap.start} to {last}"
+    return f"{where}: {gap.code.name}, {gap.text}"

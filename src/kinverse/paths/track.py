@@ -1,6 +1,7 @@
 """Follow a path: every solution of every sample, and the cheapest way through them."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,14 @@ from kinverse import se3
 from kinverse.errors import InputError
 from kinverse.paths.joint_path import JointPath
 from kinverse.paths.tracking.branches import branches_of
+from kinverse.paths.tracking.closed import check_closed, held_at_ends, not_closed
 from kinverse.paths.tracking.gaps import gaps
 from kinverse.paths.tracking.layers import Keep, Layers, kept
+from kinverse.paths.tracking.middle import nearest_middle
+from kinverse.paths.tracking.problem import Problem, Steps
 from kinverse.paths.tracking.refine import refined
 from kinverse.paths.tracking.samples import COUNT, as_samples
-from kinverse.paths.tracking.search import Found, Problem, Steps, follow
+from kinverse.paths.tracking.search import Found, follow
 from kinverse.ranking import turning
 from kinverse.robot import LIMIT_SLACK, Robot
 from kinverse.solvers import Solver
@@ -45,17 +49,20 @@ def track(
     task: str = "pose",
     tolerance: float | None = None,
     samples: int = COUNT,
+    closed: bool = False,
 ) -> JointPath:
     """Joint values that follow a path without a jump: the cheapest of all ways.
 
     Every solution of every sample, with all windings inside the limits, is a node; steps join
     nodes of neighbouring samples whose joints are at most ``max_step`` apart and which lie on the
     same side of the singularities (on the same branch, in closed forms). Only where every way
-    breaks may a step change sides, and only if the path itself passes the singularity there:
-    half-way the tool must be within a tenth of the step of the path. Dynamic programming in the
-    native core (Bellman 1957; for redundant arms over a grid of the free parameter, made finer
-    about the best way: Shin & McKay 1986) finds the way with fewest breaks, of these the one with
-    the least sum of ``metric``.
+    breaks may a step change sides, and only if the path itself leads over: followed closer and
+    closer, to a part in 8,000 of the step, no joint has to move aside; of poses, if half-way the
+    tool is no further from their chord than an arc through them; or within ``tolerance``. Dynamic
+    programming in the native core (Bellman 1957; for redundant arms over a grid of the free
+    parameter, made finer about the best way: Shin & McKay 1986) finds the way with fewest breaks,
+    of these the one with the least sum of ``metric``. Without ``q_start`` it begins
+    nearest the middle of the limits, of all ways that differ by whole turns.
 
     Samples without a solution, and breaks, are gaps with reasons; all else is tracked. A break is
     explained by what would remove it: samples in between, a predicate or limits not heeded; if
@@ -83,6 +90,10 @@ def track(
             a straight line and the parameter evenly; samples are added until it is kept, a path's
             ``breaks`` first. It needs a ``Path``: poses say nothing of what is between them.
         samples: of a ``Path``, at first.
+        closed: the joints are to end where they begin, which those of an arm with joints to spare
+            need not do. The path must end with its first pose. Ways from 16 solutions of it (if
+            need be from 32 more of a grid) are looked at; if none comes back, the last gap is
+            NOT_CLOSED.
 
     Returns:
         A ``JointPath``.
@@ -108,31 +119,55 @@ def track(
     _check_windings(robot)
     steps = _steps(robot, metric, max_step, max_velocity, q_start)
     poses = as_samples(path, tolerance, samples)
-    problem = Problem(branches_of(robot, solver, task), poses, steps, keep)
-    layers, found = _followed(problem, problem.layers())
+    problem = Problem(branches_of(robot, solver, task), poses, steps, keep, tolerance or 0.0)
+    if closed:
+        check_closed(poses)
+    every = problem.layers()
+    layers, found = _followed(problem, every)
+    held = None
+    if closed and not found.breaks and (found.row >= 0).all():
+        middle = nearest_middle(problem, layers, found)
+        held = held_at_ends(problem, every, layers, middle)
+    search = partial(_followed, is_held=held is not None)
+    if held is not None:
+        layers, found = search(problem, held)
     deviation = float("nan")
     if tolerance is not None:
-        problem, layers, found, deviation = refined(problem, layers, found, tolerance, _followed)
-    return _joint_path(problem, layers, found, deviation)
+        problem, layers, found, deviation = refined(problem, layers, found, tolerance, search)
+    found = nearest_middle(problem, layers, found)
+    joint_path = _joint_path(problem, layers, found, deviation, tolerance)
+    if closed:
+        more = not_closed(robot, found.q, bool(joint_path.gaps))
+        joint_path = replace(joint_path, gaps=joint_path.gaps + more)
+    return joint_path
 
 
-def _followed(problem: Problem, layers: Layers) -> tuple[Layers, Found]:
-    """The best way; for a redundant arm by values of its free parameter ever closer about it."""
-    best = _finer(problem, *follow(problem, layers))
+def _followed(problem: Problem, layers: Layers, is_held: bool = False) -> tuple[Layers, Found]:
+    """The best way; for a redundant arm by values of its free parameter ever closer about it.
+
+    Of layers that are held the first and the last get no more rows.
+    """
+    best = _finer(problem, *follow(problem, layers), is_held)
     step = getattr(problem.branches, "step", 0.0)
     limit = problem.steps.max_step
     if best[1].breaks and (limit < 4.0 * step).any():
         # the grid is too coarse for the largest step: reach over it at first
         wide = replace(problem.steps, max_step=np.minimum(np.maximum(limit, 4.0 * step), MOST_STEP))
-        other = _finer(problem, *follow(replace(problem, steps=wide), layers))
+        other = _finer(problem, *follow(replace(problem, steps=wide), layers), is_held)
         if other[1].breaks < best[1].breaks:
             best = other
     return best
 
 
-def _finer(problem: Problem, layers: Layers, found: Found) -> tuple[Layers, Found]:
+def _finer(problem: Problem, layers: Layers, found: Found, is_held: bool) -> tuple[Layers, Found]:
     level = 0
-    while (more := problem.branches.finer(problem.samples.T, found.q, level)) is not None:
+    ends = [0, -1] if is_held else []
+    while True:
+        about = found.q.copy()
+        about[ends] = np.nan  # nothing is added where joint values are not known
+        more = problem.branches.finer(problem.samples.T, about, level)
+        if more is None:
+            return layers, found
         more = kept(problem.robot, more, problem.keep)
         at = np.flatnonzero(found.row >= 0)
         rows = found.row[at]
@@ -142,10 +177,11 @@ def _finer(problem: Problem, layers: Layers, found: Found) -> tuple[Layers, Foun
         layers = replace(more, status=layers.status, removed=layers.removed)
         layers, found = follow(problem, layers)
         level += 1
-    return layers, found
 
 
-def _joint_path(problem: Problem, layers: Layers, found: Found, deviation: float) -> JointPath:
+def _joint_path(
+    problem: Problem, layers: Layers, found: Found, deviation: float, tolerance: float | None
+) -> JointPath:
     ok = found.row >= 0
     ends = np.flatnonzero(~found.linked | ~ok)
     runs = zip(ends, np.append(ends[1:], len(ok)), strict=True)
@@ -161,6 +197,7 @@ def _joint_path(problem: Problem, layers: Layers, found: Found, deviation: float
         s=problem.samples.s,
         branch_labels=problem.branches.branch_labels,
         deviation=deviation,
+        tolerance=float("nan") if tolerance is None else tolerance,
     )
 
 

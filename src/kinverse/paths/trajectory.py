@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,10 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinverse import se3
 from kinverse.errors import InputError, MissingExtra, NoSolution
+from kinverse.files import write_atomically
+from kinverse.paths.checks import as_joint_limits
 from kinverse.paths.joint_curve import JointCurve
-from kinverse.robot import LIMIT_SLACK, Robot
+from kinverse.paths.joint_path import JointPath
+from kinverse.paths.motion_file import RATE, motion_csv
+from kinverse.robot import Robot
 
-__all__ = ["State", "Trajectory", "point_to_point", "retime"]
+__all__ = ["State", "Trajectory", "retime"]
 
 Array = NDArray[np.float64]
 
@@ -92,11 +98,37 @@ class Trajectory:
         curve = JointCurve(times - times[:1] if times.ndim == 1 else times, q, degree)
         return cls(float(curve.s[-1]), _InTime(curve))
 
+    def save(self, file: str | PathLike[str], robot: Robot, rate: float = RATE) -> None:
+        """Write the motion for a controller: a .csv with a row every 1 / rate seconds.
+
+        Columns: ``t_s``, then joint values, speeds and accelerations, each with its unit, such as
+        ``joint1_rad``, ``joint1_velocity_rad_per_s`` and ``joint1_acceleration_rad_per_s2``. The
+        last row is the end of the motion, less than a cycle after the one before.
+
+        Args:
+            file: its name ends in .csv.
+            robot: whose joints move.
+            rate: rows a second [1/s].
+
+        Raises:
+            InputError: another name, another number of joints, or a rate that cannot be used.
+            OSError: the file cannot be written.
+
+        Example:
+            >>> retime(curve, velocity=1.0, acceleration=4.0).save("motion.csv", robot, rate=125)
+        """
+        path = Path(file)
+        if path.suffix != ".csv":
+            raise InputError(f"a motion is written to a .csv file, got {path.name!r}")
+        write_atomically(path, motion_csv(self, robot, rate))
+
     def __repr__(self) -> str:
         return f"Trajectory: {self(0.0).q.shape[-1]} joints, {self.duration:.6g} s"
 
 
-def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> Trajectory:
+def retime(
+    curve: JointCurve | JointPath, velocity: ArrayLike, acceleration: ArrayLike
+) -> Trajectory:
     """The fastest motion along a curve, from rest to rest, that keeps two limits.
 
     By reachability analysis (Pham & Pham 2018, the package toppra) on a grid that holds the
@@ -104,22 +136,28 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     motion down until it keeps both limits where it uses them most.
 
     Args:
-        curve: joint values by way.
+        curve: joint values by way, or a ``JointPath`` without gaps, whose ``curve()`` is taken.
         velocity: limit of each joint's speed, one number or (n,) [rad/s or m/s].
         acceleration: likewise [rad/s^2 or m/s^2].
 
     Raises:
-        InputError: limits that are not positive, or a curve that does not move.
+        InputError: limits that are not positive, a curve that does not move, or a joint path with
+            gaps (the first is named).
         NoSolution: no motion was found.
         MissingExtra: toppra is not installed.
 
     Example:
         >>> retime(curve, velocity=2.0, acceleration=8.0).duration
     """
+    if isinstance(curve, JointPath):
+        curve = curve.curve()
     if not isinstance(curve, JointCurve):
-        raise InputError(f"curve must be a JointCurve, got {type(curve).__name__}")
+        raise InputError(f"curve must be a JointCurve or a JointPath, got {type(curve).__name__}")
     n = curve.values.shape[1]
-    fast, strong = _limits(velocity, n, "velocity"), _limits(acceleration, n, "acceleration")
+    fast, strong = (
+        as_joint_limits(velocity, n, "velocity"),
+        as_joint_limits(acceleration, n, "acceleration"),
+    )
     if np.ptp(curve.values, axis=0).max() == 0.0:
         raise InputError("the curve does not move: there is nothing to time")
     try:
@@ -140,60 +178,6 @@ def retime(curve: JointCurve, velocity: ArrayLike, acceleration: ArrayLike) -> T
     slower = max(1.0, _most_used(motion, fast, strong))
     motion = _Along(curve, grid, np.maximum(speed, 0.0) / slower)
     return Trajectory(float(motion.times[-1]), motion)
-
-
-def point_to_point(
-    robot: Robot,
-    q_start: ArrayLike,
-    q_end: ArrayLike,
-    velocity: ArrayLike,
-    acceleration: ArrayLike,
-    jerk: ArrayLike,
-) -> Trajectory:
-    """The fastest motion from rest to rest that keeps three limits; all joints end together.
-
-    Berscheid & Kroeger 2021 (the package ruckig). No joint leaves the range between its two ends.
-
-    Args:
-        robot: the arm, whose joint limits must hold both ends.
-        q_start: (n,) [rad or m].
-        q_end: (n,) [rad or m].
-        velocity: limit, one number or (n,) [rad/s or m/s].
-        acceleration: likewise, per s^2.
-        jerk: likewise, per s^3.
-
-    Raises:
-        InputError: limits that are not positive, ends outside the joint limits, or the same.
-        NoSolution: no motion was found.
-        MissingExtra: ruckig is not installed.
-
-    Example:
-        >>> point_to_point(robot, q_a, q_b, velocity=2, acceleration=8, jerk=80).duration
-    """
-    start, end = _inside(robot, q_start, "q_start"), _inside(robot, q_end, "q_end")
-    if np.array_equal(start, end):
-        raise InputError("q_start and q_end are the same: there is nothing to move")
-    n = robot.dof
-    limits = [
-        _limits(value, n, name)
-        for value, name in ((velocity, "velocity"), (acceleration, "acceleration"), (jerk, "jerk"))
-    ]
-    try:
-        import ruckig
-    except ModuleNotFoundError as error:
-        raise MissingExtra("a motion with limited jerk", "paths") from error
-    asked = ruckig.InputParameter(n)
-    asked.current_position, asked.target_position = start.tolist(), end.tolist()
-    asked.max_velocity, asked.max_acceleration, asked.max_jerk = (row.tolist() for row in limits)
-    answer = ruckig.Trajectory(n)
-    try:
-        result = ruckig.Ruckig(n).calculate(asked, answer)
-    except ruckig.RuckigError as error:
-        raise NoSolution(f"ruckig found no motion: {error}") from error
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise NoSolution(f"ruckig found no motion: {result.name}")
-    rows = [_phases(profile) for profile in answer.profiles[0]]
-    return Trajectory(float(answer.duration), _Phases(*map(np.array, zip(*rows, strict=True))))
 
 
 # ---------------------------------------------------------------------------- motions
@@ -291,73 +275,3 @@ class _Geometry:
         first, last = self.curve.s[0], self.curve.s[-1]
         values = self.curve(first + np.asarray(share) * (last - first), order)
         return np.asarray(values * (last - first) ** order)
-
-
-@dataclass(frozen=True, eq=False)
-class _Phases:
-    """Constant jerk in phases, joint by joint.
-
-    Attributes:
-        start: (n, 8) time at which each phase begins.
-        q: (n, 8) there, and likewise velocity and acceleration.
-        jerk: (n, 8), zero in the last, in which the joint rests.
-    """
-
-    start: Array
-    q: Array
-    velocity: Array
-    acceleration: Array
-    jerk: Array
-
-    def __call__(self, t: Array) -> State:
-        # the phase of each joint (N, n): the last that has begun
-        phase = (self.start[None] <= t[:, None, None]).sum(axis=2) - 1
-        joint = np.arange(len(self.start))
-        past = t[:, None] - self.start[joint, phase]
-        q, v = self.q[joint, phase], self.velocity[joint, phase]
-        a, j = self.acceleration[joint, phase], self.jerk[joint, phase]
-        return State(
-            q + past * (v + past * (a / 2.0 + past * j / 6.0)),
-            v + past * (a + past * j / 2.0),
-            a + past * j,
-        )
-
-
-def _phases(profile: Any) -> tuple[Array, ...]:
-    """Start times, values, speeds, accelerations and jerks (8,) of the phases of one joint."""
-    start = np.concatenate([[0.0], np.cumsum(profile.t)])
-    q, velocity, acceleration = (np.array(row) for row in (profile.p, profile.v, profile.a))
-    # the joint rests in the last phase, and exactly where it is to go
-    q[-1], velocity[-1], acceleration[-1] = profile.pf, 0.0, 0.0
-    return start, q, velocity, acceleration, np.append(profile.j, 0.0)
-
-
-def _limits(value: ArrayLike, n: int, name: str) -> Array:
-    """Positive limits (n,) from one number or n."""
-    array = se3.as_real(value, name)
-    if array.shape not in ((), (n,)):
-        raise InputError(f"{name} must be one number or ({n},), got {array.shape}")
-    limits = np.broadcast_to(array, (n,)).astype(np.float64)
-    bad = ~((limits > 0.0) & (limits <= 1e9))
-    if bad.any():
-        joint = int(np.argmax(bad))
-        raise InputError(
-            f"{name} must be positive and finite, got {limits[joint]:g} for joint {joint}"
-            " (counted from 0)"
-        )
-    return limits
-
-
-def _inside(robot: Robot, value: ArrayLike, name: str) -> Array:
-    q = se3.as_joints(value, robot.dof, name)
-    if q.ndim != 1:
-        raise InputError(f"{name} must have shape ({robot.dof},), got {q.shape}")
-    low, high = robot.limits.T
-    out = (q < low - LIMIT_SLACK) | (q > high + LIMIT_SLACK)
-    if out.any():
-        j = int(np.argmax(out))
-        raise InputError(
-            f"{name}: joint {robot.joint_names[j]!r} is at {q[j]:g}, outside its limits"
-            f" {low[j]:g} to {high[j]:g}"
-        )
-    return q

@@ -4,7 +4,8 @@ import hashlib
 import json
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,14 @@ class Finished:
     Attributes:
         rows: as the cell's function returned them.
         seconds: of the processor, spent by the process that computed them.
+        machine: facts of where they were computed, by name: ``kinverse.studies.machine``.
+        date: when, in UTC: "2026-01-31 17:05".
     """
 
     rows: list[Row]
     seconds: float
+    machine: dict[str, str]
+    date: str
 
 
 def fingerprint(cell: Cell, source: Callable[[str], str]) -> str:
@@ -67,15 +72,14 @@ def check_rows(rows: Any) -> list[Row]:
 
 def write_cell(path: Path, cell: Cell, mark: str, done: Finished) -> None:
     """Write the rows with all that they depend on."""
-    rows = json.dumps(done.rows)
+    whole = asdict(done)
     record = {
         "cell": cell.name,
         "function": f"{cell.function.__module__}.{cell.function.__qualname__}",
         "arguments": cell.arguments,
         "fingerprint": mark,
-        "checksum": _hash(rows),
-        "seconds": done.seconds,
-        "rows": done.rows,
+        "checksum": _hash(json.dumps(whole)),
+        **whole,
     }
     write_atomically(path, json.dumps(record, indent=1))
 
@@ -84,12 +88,24 @@ def read_cell(path: Path, mark: str) -> Finished | None:
     """The rows of a file; None if it is missing, damaged, half written or of other work."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        whole = record["checksum"] == _hash(json.dumps(record["rows"]))
-        if not whole or record["fingerprint"] != mark:
+        whole = {each.name: record[each.name] for each in fields(Finished)}
+        if record["checksum"] != _hash(json.dumps(whole)) or record["fingerprint"] != mark:
             return None
-        return Finished(check_rows(record["rows"]), float(record["seconds"]))
-    except (OSError, ValueError, KeyError, TypeError):
+        done = Finished(**whole)
+        check_rows(done.rows)
+        _check_origin(done)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
+    return done
+
+
+def _check_origin(done: Finished) -> None:
+    if not isinstance(done.seconds, float) or not 0.0 <= done.seconds < math.inf:
+        raise ValueError(f"{done.seconds!r} is no time")
+    facts = done.machine
+    if not isinstance(facts, dict) or not all(isinstance(text, str) for text in facts.values()):
+        raise TypeError("facts of a machine are texts")
+    datetime.fromisoformat(done.date)
 
 
 def _hash(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What a study ran on: versions, processor, time."""
+"""What cells run on: versions and processor, and the time."""
 
 import os
 import platform
@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-__all__ = ["machine"]
+__all__ = ["machine", "now"]
 
 PACKAGES = ("kinverse", "numpy", "scipy", "scikit-learn", "joblib")
 
@@ -23,8 +23,17 @@ def machine() -> dict[str, str]:
         "Python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
         "processor": f"{_processor()}, {os.cpu_count()} cores",
-        "written": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }
+
+
+def now() -> str:
+    """The time in UTC, to the minute.
+
+    Example:
+        >>> now()
+        '2026-01-31 17:05'
+    """
+    return datetime.now(UTC).strftime("%Y-%m-%d %H:%M")
 
 
 def _version(name: str) -> str:

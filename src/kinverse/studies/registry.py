@@ -38,7 +38,7 @@ def load_study(name: str) -> Study:
 
 
 def choose_tables(study: Study, names: Iterable[str] | None) -> tuple[TableSpec, ...]:
-    """Tables of a study by their names, in its order; None: all.
+    """Tables of a study by their names or by what else they cover, in its order; None: all.
 
     Raises:
         InputError: no such table; the message lists them.
@@ -50,7 +50,8 @@ def choose_tables(study: Study, names: Iterable[str] | None) -> tuple[TableSpec,
     if names is None:
         return study.tables
     wanted = set(names)
-    known = [spec.name for spec in study.tables]
-    for name in sorted(wanted - set(known)):
-        raise InputError(f"{study.name} has no table {name!r}; it has {', '.join(known)}")
-    return tuple(spec for spec in study.tables if spec.name in wanted)
+    known = {name for spec in study.tables for name in (spec.name, *spec.covers)}
+    for name in sorted(wanted - known):
+        each = ", ".join(spec.name for spec in study.tables)
+        raise InputError(f"{study.name} has no table {name!r}; it has {each}")
+    return tuple(spec for spec in study.tables if wanted & {spec.name, *spec.covers})

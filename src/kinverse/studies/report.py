@@ -2,24 +2,22 @@
 
 import base64
 import io
-from collections.abc import Iterable
 from html import escape
 from importlib import resources
 from pathlib import Path
 
 from kinverse.files import write_atomically
-from kinverse.studies.cell import Row
-from kinverse.studies.machine import machine
-from kinverse.studies.shown import as_csv, columns, is_numeric, shown
+from kinverse.studies.grid import grid
+from kinverse.studies.method import cell_rows, method
+from kinverse.studies.places import places
+from kinverse.studies.shown import as_csv
 from kinverse.studies.study_run import StudyRun
-from kinverse.studies.table import Picture, Table, Verdict
+from kinverse.studies.table import CAUTION, Picture, Table, Verdict
 
 __all__ = ["write_report"]
 
 MOST_ROWS = 120
 """Of a table on the page; all of them are in its CSV file."""
-WIDE = 11
-"""Columns; more are printed smaller."""
 LARGEST_SVG = 300_000
 """Bytes; a larger drawing becomes a bitmap."""
 COLOURS = {
@@ -34,7 +32,9 @@ COLOURS = {
 def write_report(run: StudyRun, out: str | Path) -> Path:
     """Write ``OUT/NAME/index.html`` and ``OUT/NAME/TABLE.csv`` for every table.
 
-    A run of some tables only is written to ``OUT/NAME/TABLES.html``, beside the whole page.
+    Rows of the cells, from which tables and pictures are made, are in ``cells-FUNCTION.csv``.
+    A quick run is written to ``OUT/NAME/quick``, one of some tables only to a folder
+    ``table-TABLES`` beside the whole page: neither alters the whole page or its CSV files.
 
     Args:
         run: of ``kinverse.studies.runner.run``.
@@ -49,13 +49,15 @@ def write_report(run: StudyRun, out: str | Path) -> Path:
     Example:
         >>> [ours] = run("jha2015", quick=True, out="studies")
         >>> write_report(ours, "studies")
-        PosixPath('studies/jha2015/index.html')
+        PosixPath('studies/jha2015/quick/index.html')
     """
-    folder = Path(out) / run.study.name
+    folder = places(out, run.study.name, run.quick, run.asked).pages
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in run.tables.items():
         write_atomically(folder / f"{name}.csv", as_csv(table.rows))
-    path = folder / f"{'-'.join(run.asked) if run.asked else 'index'}.html"
+    for name, rows in cell_rows(run).items():
+        write_atomically(folder / name, as_csv(rows))
+    path = folder / "index.html"
     write_atomically(path, page(run))
     return path
 
@@ -64,24 +66,26 @@ def page(run: StudyRun) -> str:
     """The whole page."""
     study = run.study
     style = resources.files("kinverse.studies").joinpath("report.css").read_text(encoding="utf-8")
+    title = f"{study.title} ({CAUTION})" if run.quick else study.title
+    sections = "".join(_section(name, table, run.quick) for name, table in run.tables.items())
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(study.name)}: {escape(study.title)}</title>
+<title>{escape(study.name)}: {escape(title)}</title>
 <style>
 {style}</style>
 </head>
 <body>
 <header>
-<h1>{escape(study.title)}</h1>
+<h1>{escape(title)}</h1>
 <p class="source">{escape(study.source)}</p>
 <p>{escape(_total(run))}</p>
 </header>
 <main>
 {_failures(run)}{_contents(run)}
-{"".join(_section(name, table) for name, table in run.tables.items())}{_method(run)}</main>
+{sections}{method(run)}</main>
 </body>
 </html>
 """
@@ -107,7 +111,8 @@ def _failures(run: StudyRun) -> str:
 
 def _contents(run: StudyRun) -> str:
     items = "".join(
-        f'<li><a href="#t-{escape(name)}">{escape(table.title)}</a>{_badge(table.verdict)}</li>\n'
+        f'<li><a href="#t-{escape(name)}">{escape(table.title)}</a>'
+        f"{_badges(table, run.quick)}</li>\n"
         for name, table in run.tables.items()
     )
     return f"""<nav aria-label="Tables">
@@ -118,15 +123,19 @@ def _contents(run: StudyRun) -> str:
 </nav>"""
 
 
-def _badge(verdict: Verdict) -> str:
-    return f'<span class="verdict badge {COLOURS[verdict]}">{escape(verdict)}</span>'
+def _badges(table: Table, quick: bool) -> str:
+    """The verdict, and beside it what it does not rest on."""
+    verdict = table.verdict
+    badge = f'<span class="verdict badge {COLOURS[verdict]}">{escape(verdict)}</span>'
+    caution = f' <span class="badge caution">{CAUTION}</span>'
+    return f"<span>{badge}{caution if quick else ''}</span>"
 
 
-def _section(name: str, table: Table) -> str:
+def _section(name: str, table: Table, quick: bool) -> str:
     notes = "".join(f"<p>{escape(part)}</p>\n" for part in table.note.split("\n\n") if part)
     return f"""<section id="t-{escape(name)}">
 <h2>{escape(table.title)}</h2>
-<p>{_badge(table.verdict)} {escape(table.residual)}</p>
+<p>{_badges(table, quick)} {escape(table.residual)}</p>
 {notes}{_table(name, table)}
 {"".join(_figure(picture) for picture in table.pictures)}</section>
 """
@@ -136,30 +145,7 @@ def _table(name: str, table: Table) -> str:
     rows = table.rows[:MOST_ROWS]
     more = f", the first {len(rows)} here" if len(rows) < len(table.rows) else ""
     what = f'{len(table.rows)} rows{more}; all digits in <a href="{name}.csv">{name}.csv</a>'
-    return _grid(rows, f"Table {escape(name)}: {what}", f"Table {name}")
-
-
-def _grid(rows: list[Row], caption: str, label: str) -> str:
-    """A table in a box that scrolls; the caption is HTML."""
-    heads = columns(rows)
-    right = {head: ' class="n"' if is_numeric(rows, head) else "" for head in heads}
-    top = "".join(f'<th scope="col"{right[head]}>{escape(head)}</th>' for head in heads)
-    body = "".join(f"<tr>{_cells(row, heads, right)}</tr>\n" for row in rows)
-    wide = ' class="wide"' if len(heads) > WIDE else ""
-    return f"""<div class="scroll" tabindex="0" role="region" aria-label="{escape(label)}">
-<table{wide}>
-<caption>{caption}</caption>
-<thead><tr>{top}</tr></thead>
-<tbody>
-{body}</tbody>
-</table>
-</div>"""
-
-
-def _cells(row: Row, heads: list[str], right: dict[str, str]) -> str:
-    texts = [(escape(shown(row.get(head))), right[head]) for head in heads]
-    first = "".join(f'<th scope="row"{side}>{text}</th>' for text, side in texts[:1])
-    return first + "".join(f"<td{side}>{text}</td>" for text, side in texts[1:])
+    return grid(rows, f"Table {escape(name)}: {what}", f"Table {name}")
 
 
 def _figure(picture: Picture) -> str:
@@ -179,54 +165,3 @@ def _data_uri(picture: Picture) -> str:
         file, kind = io.BytesIO(), "png"
         figure.savefig(file, format="png", dpi=130, bbox_inches="tight")
     return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode()}"
-
-
-def _method(run: StudyRun) -> str:
-    facts = {
-        "run": "quick: few repetitions, not for conclusions" if run.quick else "full",
-        "seeds": "arguments of the cells: " + (_seeds(run) or "no cell draws random numbers"),
-        "threads": "one BLAS thread in each process",
-        **machine(),
-    }
-    items = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>\n" for k, v in facts.items())
-    work = _grid(_work(run), "What was computed", "What was computed") if run.cells else ""
-    return f"""<section id="method">
-<h2>How this was made</h2>
-<dl>
-{items}</dl>
-{work}
-</section>
-"""
-
-
-def _seeds(run: StudyRun) -> str:
-    seeds = {
-        value
-        for cell, _ in run.cells.values()
-        for name, value in cell.arguments.items()
-        if name == "seed" or name.endswith("_seed")
-    }
-    return _ranges(value for value in seeds if isinstance(value, int))
-
-
-def _ranges(values: Iterable[int]) -> str:
-    """Whole numbers in short: 0-4, 7."""
-    runs: list[list[int]] = []
-    for value in sorted(values):
-        if runs and value == runs[-1][-1] + 1:
-            runs[-1].append(value)
-        else:
-            runs.append([value])
-    return ", ".join(f"{r[0]}-{r[-1]}" if len(r) > 1 else str(r[0]) for r in runs)
-
-
-def _work(run: StudyRun) -> list[Row]:
-    """Cells counted by their function."""
-    spent: dict[str, list[float]] = {}
-    for cell, done in run.cells.values():
-        name = f"{cell.function.__module__}.{cell.function.__qualname__}"
-        spent.setdefault(name, []).append(done.seconds)
-    return [
-        {"function": name, "cells": len(times), "processor time, s": round(sum(times), 2)}
-        for name, times in spent.items()
-    ]

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinverse.studies.cell import Row, Value
 
-__all__ = ["Spread", "as_number", "select", "spread", "spread_of"]
+__all__ = ["Spread", "as_number", "quartiles", "select", "spread", "spread_of"]
 
 
 class Spread(NamedTuple):
@@ -22,7 +23,7 @@ class Spread(NamedTuple):
         """As columns of a row; the quartiles where there is more than one value."""
         row: Row = {name: self.median}
         if self.size > 1:
-            row[f"{name}, quartiles"] = f"{self.low:.4g} to {self.high:.4g}"
+            row |= {f"{name}, lower quartile": self.low, f"{name}, upper quartile": self.high}
         return row
 
 
@@ -71,5 +72,16 @@ def spread_of(values: Iterable[float]) -> Spread:
     given = list(values)
     if not given:
         raise ValueError("no values to take a median of")
-    low, middle, high = np.quantile(given, (0.25, 0.5, 0.75)).tolist()
+    low, middle, high = quartiles(given)
     return Spread(middle, low, high, len(given))
+
+
+def quartiles(values: ArrayLike) -> tuple[float, float, float]:
+    """Lower quartile, median, upper quartile of numbers.
+
+    Example:
+        >>> quartiles([1, 2, 3, 4, 9])
+        (2.0, 3.0, 4.0)
+    """
+    low, middle, high = np.quantile(np.asarray(values, dtype=np.float64), (0.25, 0.5, 0.75))
+    return float(low), float(middle), float(high)

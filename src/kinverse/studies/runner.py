@@ -1,7 +1,6 @@
 """Runs studies: cells in parallel, every finished one kept at once, tables from their rows."""
 
 import re
-import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -13,6 +12,8 @@ from pathlib import Path
 from kinverse.errors import InputError, KinverseError, MissingExtra
 from kinverse.studies.cell import Cell
 from kinverse.studies.cell_file import Finished, check_rows, fingerprint, read_cell, write_cell
+from kinverse.studies.machine import machine, now
+from kinverse.studies.places import places, rows_file
 from kinverse.studies.registry import choose_tables, load_study, study_names
 from kinverse.studies.sources import source_hash
 from kinverse.studies.study import Study
@@ -36,8 +37,8 @@ def run(
 ) -> list[StudyRun]:
     """Run a study or all of them.
 
-    Every cell that is finished is one file ``OUT/NAME/cells/CELL.json`` (``cells-quick`` for
-    quick runs), written at once: a run that was interrupted goes on where it was.
+    Every cell that is finished is one file ``OUT/NAME/cells/CELL.json`` (quick runs:
+    ``OUT/NAME/quick/cells``), written at once: a run that was interrupted goes on where it was.
 
     Args:
         name: of a study, or "all".
@@ -78,18 +79,17 @@ def run_studies(
     progress: Progress | None = None,
 ) -> list[StudyRun]:
     """As ``run``, for studies that are at hand, with the tables to make of each."""
-    folders = [
-        Path(out) / study.name / ("cells-quick" if quick else "cells") for study, _ in chosen
-    ]
-    for folder in folders:
-        _check_folder(folder)
     mark = _marks()
     plans = [_cells_of(study, specs, quick) for study, specs in chosen]
     works: dict[str, _Work] = {}
-    for folder, cells in zip(folders, plans, strict=True):
+    for (study, specs), cells in zip(chosen, plans, strict=True):
+        where = places(out, study.name, quick, _asked(study, specs))
+        tables = {f"{spec.name}.csv" for spec in specs}
+        rows = {rows_file(cell.function) for cell in cells.values()}
+        where.check((f"{name}.json" for name in cells), {"index.html", *tables, *rows})
         for cell in cells.values():
             work = works.setdefault(mark(cell), _Work(cell))
-            work.files.append((folder / f"{cell.name}.json", cell))
+            work.files.append((where.cells / f"{cell.name}.json", cell))
     _work_off(works, jobs, progress or (lambda text, share: None))
     return [
         _tables(study, specs, quick, cells, {name: works[mark(c)] for name, c in cells.items()})
@@ -169,7 +169,7 @@ def _compute(mark: str, cell: Cell) -> tuple[str, Finished | Failure]:
             rows = check_rows(cell.function(**cell.arguments))
     except Exception as error:
         return mark, _failure(f"cell {cell.name}", error)
-    return mark, Finished(rows, time.process_time() - start)
+    return mark, Finished(rows, time.process_time() - start, machine(), now())
 
 
 def _tables(
@@ -199,8 +199,12 @@ def _tables(
         except Exception as error:
             failures.append(_failure(f"table {spec.name}", error))
     computed = sum(work.computed for work in works.values())
-    asked = () if specs == study.tables else tuple(spec.name for spec in specs)
+    asked = _asked(study, specs)
     return StudyRun(study, quick, asked, made, done, tuple(failures), computed)
+
+
+def _asked(study: Study, specs: tuple[TableSpec, ...]) -> tuple[str, ...]:
+    return () if specs == study.tables else tuple(spec.name for spec in specs)
 
 
 def _cells_of(study: Study, specs: tuple[TableSpec, ...], quick: bool) -> dict[str, Cell]:
@@ -228,12 +232,3 @@ def _marks() -> Callable[[Cell], str]:
 def _failure(what: str, error: BaseException) -> Failure:
     text = "".join(traceback.format_exception(error))
     return Failure(what, f"{type(error).__name__}: {error}", text)
-
-
-def _check_folder(folder: Path) -> None:
-    """Make the folder; raise InputError unless a file can be written there."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise InputError(f"cannot write in {folder}: {error.strerror}") from error

@@ -4,19 +4,24 @@ import ast
 import hashlib
 import importlib
 from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+import kinverse
 from kinverse.errors import InputError
 
-__all__ = ["source_hash"]
+__all__ = ["library_hash", "source_hash"]
+
+ASIDE = ("bench", "cli", "studies")
+"""Parts of the library that no row comes from, but for what ``source_hash`` looks at itself."""
 
 
 def source_hash(module: str) -> str:
     """A hash over a module, the modules of its package that it imports, and their data folders.
 
-    The package is the first two parts of the name (``kinverse.studies``); for all other code
-    stands the version of kinverse.
+    The package is the first two parts of the name (``kinverse.studies``); all other code of
+    kinverse counts as a whole.
 
     Args:
         module: dotted name of a module that can be imported.
@@ -45,7 +50,26 @@ def source_hash(module: str) -> str:
     files = set(found.values())
     for folder in {path.parent / "data" for path in files}:
         files.update(path for path in folder.glob("*") if path.is_file())
-    whole = hashlib.sha256(version("kinverse").encode())
+    core = importlib.import_module("kinverse._core").__file__  # editable installs have it elsewhere
+    library = library_hash(Path(kinverse.__file__).parent, Path(str(core)))
+    return _digest(files, version("kinverse") + library)
+
+
+@cache
+def library_hash(folder: Path, core: Path) -> str:
+    """A hash over the library in a folder, sources and data, and its native core."""
+    files = {
+        path
+        for path in folder.rglob("*")
+        if path.is_file()
+        and path.suffix in (".py", ".toml")
+        and path.relative_to(folder).parts[0] not in ASIDE
+    }
+    return _digest(files | {core})
+
+
+def _digest(files: set[Path], first: str = "") -> str:
+    whole = hashlib.sha256(first.encode())
     # sorted by content: the same code in another folder is the same code
     for digest in sorted(hashlib.sha256(path.read_bytes()).digest() for path in files):
         whole.update(digest)

@@ -10,7 +10,10 @@ from kinverse.studies.cell import Cell, Row
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "Table", "TableSpec", "Verdict"]
+__all__ = ["CAUTION", "Picture", "Table", "TableSpec", "Verdict"]
+
+CAUTION = "quick run, not for conclusions"
+"""Beside every verdict of a quick run."""
 
 
 class Verdict(StrEnum):
@@ -60,9 +63,11 @@ class TableSpec:
         title: one line, with the source (document, table or figure).
         cells: the cells for ``quick`` or not; those of several tables may be equal.
         build: rows of each cell, by the cell's name, to the table; cheap.
+        covers: other tables and figures of the document that are in it; it answers to these too.
     """
 
     name: str
     title: str
     cells: Callable[[bool], list[Cell]]
     build: Callable[[dict[str, list[Row]]], Table]
+    covers: tuple[str, ...] = ()

@@ -55,8 +55,8 @@ def planar_arm(robot: Robot) -> PlanarArm:
     name = f"robot {robot.name!r}"
     count = len(robot.kinds)
     if "P" in robot.kinds:
-        slide = robot.kinds.index("P")
-        raise InputError(f"{name} is no planar arm of turning joints: joint {slide} slides")
+        slide = robot.joint_names[robot.source[robot.kinds.index("P")]]
+        raise InputError(f"{name} is no planar arm of turning joints: {slide!r} slides")
     if robot.dof != count or (robot.multiplier != 1.0).any():
         raise InputError(f"{name} has joints that follow others (mimic joints)")
     if count < 2:

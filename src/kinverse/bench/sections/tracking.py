@@ -12,7 +12,7 @@ from kinverse.bench import cases, oracle
 from kinverse.bench.continuation import continued
 from kinverse.bench.report import Line
 from kinverse.bench.run import Spread
-from kinverse.bench.splines import TENTH, Follower, Nodes, Spline
+from kinverse.bench.splines import AT_ONCE, PIECES, Follower, Nodes, Spline
 from kinverse.load import load
 from kinverse.paths import Gap, JointPath, Reason, track
 from kinverse.solvers.analytic import Analytic
@@ -39,8 +39,6 @@ MOST_LED = 10_000
 """Postures that it leads at once."""
 POSTURES = 64
 """Starts for the postures of an arm with a joint to spare."""
-PLACES = 31
-"""Looked at in each step that changes branches."""
 FREE = 2.5
 """How far limits are put out to see whether they are what stops a joint [rad]."""
 
@@ -133,7 +131,7 @@ def _cheapest(follower: Follower, path: Spline, passing: bool) -> tuple[int, flo
         behind = found.q[other], found.branch[other]
         joined = follower.joined(before, behind, LIMIT) & (j == i + 1)
         if passing:
-            joined &= follower.same_side(path, s[[i, j]], before, behind, joined, led=False)
+            joined &= follower.same_side(path, s[[i, j]], before, behind, joined, LIMIT)
         else:
             joined &= behind[1][:, None] == before[1]
         step = np.abs(behind[0][:, None] - before[0]).max(axis=2)
@@ -232,30 +230,26 @@ def _postures(robot: "Robot", T: Array) -> Array:
 def _changes(
     section: str, robot: "Robot", follower: Follower, found: list[JointPath]
 ) -> list[Line]:
-    """Steps that change branches: how far the tool is from the path between their samples."""
-    share = np.linspace(0.0, 1.0, PLACES + 2)[1:-1]
-    strays, led = [], 0
+    """Steps that change branches: those that the path itself leads over."""
+    count = led = 0
+    asked = np.ones((1, 1), np.bool_)
     for seed, joint_path in enumerate(found):
         path, s = Spline(robot, seed), np.linspace(0.0, 1.0, SAMPLES)
         for first, last in joint_path.intervals:
             branch = joint_path.branch[first:last]
             for k in first + np.flatnonzero(branch[1:] != branch[:-1]):
-                a, b = joint_path.q[k], joint_path.q[k + 1]
-                reached = oracle.pose(robot, a + share[:, None] * (b - a))
-                away = follower.apart(path(s[k] + share * (s[k + 1] - s[k])), reached)
-                step = follower.apart(path(s[k : k + 1]), path(s[k + 1 : k + 2]))
-                strays.append(float(away.max() / step[0]))
                 before, behind = (
                     (joint_path.q[i : i + 1], joint_path.branch[i : i + 1]) for i in (k, k + 1)
                 )
-                asked = np.ones((1, 1), np.bool_)
-                ends = s[k : k + 2]
-                led += int(follower.same_side(path, ends, before, behind, asked, led=True)[0, 0])
-    if not strays:
+                count += 1
+                led += int(
+                    follower.same_side(path, s[k : k + 2], before, behind, asked, LIMIT)[0, 0]
+                )
+    if not count:
         return []
-    note = f"{len(strays)} steps, {PLACES} places in each; {led} of them the path itself leads over"
-    what = "steps that change branches: the tool's largest distance from the path, in steps"
-    return [Line(section, robot.name, what, Spread.exact(max(strays)), TENTH, False, note)]
+    what = "steps that change branches: the path itself leads over"
+    note = f"Newton's method in {PIECES[-1]} steps, at most {AT_ONCE:g} times the even part each"
+    return [Line(section, robot.name, what, Spread.exact(led), count, note=note)]
 
 
 class _Judge:
@@ -285,8 +279,7 @@ class _Judge:
         else:
             nodes = self._nodes(gap, joint_path, path)
             held, free = (
-                len(follower.reached(path, behind, LIMIT, nodes, led=True)[0]) > 0
-                for follower in self.both
+                len(follower.reached(path, behind, LIMIT, nodes)[0]) > 0 for follower in self.both
             )
         if gap.code is Reason.STEP:
             return held

@@ -14,7 +14,7 @@ from kinverse.ranking import TURN, turning
 if TYPE_CHECKING:
     from kinverse.robot import Robot
 
-__all__ = ["Keep", "Layers", "joined", "kept", "short_way", "tidy", "wound"]
+__all__ = ["Keep", "Layers", "joined", "kept", "nearest", "short_way", "tidy", "wound"]
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -121,6 +121,17 @@ def short_way(robot: "Robot", a: Array, b: Array, fixed: Any = False) -> Array:
     d = b - a
     turns = turning(robot) & ~np.asarray(fixed)[..., None]
     return np.asarray(np.where(turns, d - TURN * np.rint(d / TURN), d))
+
+
+def nearest(robot: "Robot", layers: Layers, q: Array) -> tuple[Ints, Array]:
+    """Of each sample the row nearest to q (K, n), and how far [rad or m]; infinity without rows."""
+    row, aside = np.zeros(len(q), np.int64), np.full(len(q), np.inf)
+    far = np.abs(short_way(robot, q[layers.sample], layers.q)).max(axis=1, initial=0.0)
+    order = np.lexsort((far, layers.sample))
+    has = np.flatnonzero(np.diff(layers.start))
+    row[has] = order[layers.start[has]]
+    aside[has] = far[row[has]]
+    return row, aside
 
 
 def tidy(robot: "Robot", layers: Layers) -> Layers:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from kinverse.errors import InputError
 from kinverse.paths.tracking.layers import Layers, joined, kept
-from kinverse.paths.tracking.search import Found, Problem
+from kinverse.paths.tracking.problem import Problem
+from kinverse.paths.tracking.search import Found
 
 __all__ = ["deviations", "refined"]
 

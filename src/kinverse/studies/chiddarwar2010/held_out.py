@@ -1,4 +1,4 @@
-"""Networks of increments and of absolute angles, held against patterns they have not met."""
+"""Networks of increments and of absolute angles, and a constant, on patterns they have not met."""
 
 import time
 from functools import partial
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinverse.learning import DataSet, IncrementalPairs, PoseFeatures
 from kinverse.studies.cell import Row
-from kinverse.studies.chiddarwar2010.networks import FAMILY, NETWORKS, make_network
+from kinverse.studies.chiddarwar2010.networks import CONSTANT, FAMILY, NETWORKS, make_network
 from kinverse.studies.chiddarwar2010.path import answer_rows, timed, way_of
 from kinverse.studies.chiddarwar2010.poses import arm, draw
 from kinverse.studies.chiddarwar2010.source import parameter
@@ -49,13 +49,13 @@ def held_out_errors(robot: str, half: float, seed: int, epochs: int) -> list[Row
             test_fraction=_test_share(),
             random_state=SPLIT + seed,
         ).make(data.q, data.T)
-        for name in NETWORKS:
+        for name in (*NETWORKS, CONSTANT):
             rows += _fitted("fusion", name, split, pairs.train, pairs.test, epochs, seed)[1]
     features, train, test = _absolute_patterns(robot, half, seed)
     way = way_of(given, half, seed)
     inputs = features.transform(way.T)
     patterns = train.inverse(features), test.inverse(features)
-    for name in NETWORKS:
+    for name in (*NETWORKS, CONSTANT):
         network, more = _fitted("absolute", name, ABSOLUTE, *patterns, epochs, seed)
         said, spent = timed(partial(network.predict, inputs))
         rows += more + answer_rows(way, f"{FAMILY[name]} absolute", name, "directly", said, spent)

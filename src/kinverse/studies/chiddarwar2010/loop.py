@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import kinverse as kv
 from kinverse.studies.cell import Row
 from kinverse.studies.chiddarwar2010.held_out import POSES, START
-from kinverse.studies.chiddarwar2010.networks import FAMILY, NETWORKS, make_network
+from kinverse.studies.chiddarwar2010.networks import CONSTANT, FAMILY, NETWORKS, make_network
 from kinverse.studies.chiddarwar2010.path import Way, answer_rows, pose_rows, timed, way_of
 from kinverse.studies.chiddarwar2010.poses import arm, draw, predicates, region
 from kinverse.studies.chiddarwar2010.source import parameter
@@ -42,7 +42,7 @@ def run_fusion(robot: str, half: float, seed: int, epochs: int, fresh: int) -> l
     way = way_of(given, half, seed)
     targets = draw(given, fresh, half, seed, FRESH + seed).T
     rows = [_iterative_row(given, way), *pose_rows("iterative", None, None, way.q)]
-    for name in NETWORKS:
+    for name in (*NETWORKS, CONSTANT):
         solver = kv.Fusion(
             make_network(name, epochs, START + seed),
             n_poses=int(parameter("poses")),
@@ -54,6 +54,8 @@ def run_fusion(robot: str, half: float, seed: int, epochs: int, fresh: int) -> l
         ).fit(given)
         family = FAMILY[name]
         rows.append({"method": f"{family} fusion", "network": name, **_loop(solver, targets)})
+        if name == CONSTANT:
+            continue
         followed, spent = _followed(solver, way)
         step = solver.predict(way.T)[:, 0]
         rows += answer_rows(way, f"{family} fusion", name, "the loop", followed, spent)

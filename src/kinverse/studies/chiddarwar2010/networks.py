@@ -5,10 +5,15 @@ from typing import Any
 from kinverse.networks import MLP, RBFNetwork
 from kinverse.studies.chiddarwar2010.source import parameter
 
-__all__ = ["FAMILY", "NETWORKS", "make_network"]
+__all__ = ["AS_PRINTED", "CONSTANT", "FAMILY", "NETWORKS", "make_network"]
 
-NETWORKS = ("RBF as printed", "RBF scaled", "MLP")
-FAMILY = {"RBF as printed": "RBF", "RBF scaled": "RBF", "MLP": "MLP"}
+CONSTANT = "constant"
+"""No network: the mean of what it is trained on, whatever the pose."""
+SCALED = "RBF scaled (ours)"
+AS_PRINTED = {"RBF": "RBF as printed", "MLP": "MLP"}
+"""The network with the printed settings of each family."""
+NETWORKS = ("RBF as printed", SCALED, "MLP")
+FAMILY = {"RBF as printed": "RBF", SCALED: "RBF", "MLP": "MLP", CONSTANT: CONSTANT}
 SCALED_SPREAD = 3.0
 
 
@@ -17,8 +22,9 @@ def make_network(name: str, epochs: int, random_state: int) -> Any:
 
     Args:
         name: "RBF as printed" (spread 0.75 in metres and radians, one neuron added after the other
-            to a sum of squared errors of 0.001), "RBF scaled" (inputs scaled to [-1, 1], spread 3),
-            "MLP" (log sigmoid, Levenberg-Marquardt with Bayesian regularisation).
+            to a sum of squared errors of 0.001), "RBF scaled (ours)" (inputs scaled to [-1, 1],
+            spread 3), "MLP" (log sigmoid, Levenberg-Marquardt with Bayesian regularisation),
+            "constant".
         epochs: of the MLP, at most.
         random_state: of its first weights.
     """
@@ -31,7 +37,11 @@ def make_network(name: str, epochs: int, random_state: int) -> Any:
             goal_kind="sse",
             scaling=None,
         )
-    if name == "RBF scaled":
+    if name == CONSTANT:
+        from sklearn.dummy import DummyRegressor
+
+        return DummyRegressor()
+    if name == SCALED:
         return RBFNetwork(neurons, spread=SCALED_SPREAD)
     return MLP(
         (neurons,),

@@ -1,4 +1,4 @@
-"""Figures of several regions side by side, and up to which of them a printed one is reached."""
+"""Figures of several regions side by side: rows, columns, pictures."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -7,28 +7,23 @@ import numpy as np
 
 from kinverse.plots import new_figure
 from kinverse.studies.cell import Row, Value
-from kinverse.studies.chiddarwar2010.poses import REGIONS, WHOLE, region_name
+from kinverse.studies.chiddarwar2010.poses import REGIONS, region_name
 from kinverse.studies.rows import Spread
-from kinverse.studies.table import Verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
     "ByRegion",
-    "NOWHERE",
     "columns",
     "draw_by_region",
     "grouped",
     "in_words",
-    "reached",
     "tried",
-    "verdict",
 ]
 
 ByRegion = dict[float, Spread]
 """By half width [deg]."""
-NOWHERE = "none of them"
 
 
 def grouped(rows: Iterable[Row], *keys: str) -> dict[tuple[Value, ...], list[Row]]:
@@ -40,10 +35,12 @@ def grouped(rows: Iterable[Row], *keys: str) -> dict[tuple[Value, ...], list[Row
 
 
 def columns(found: ByRegion, unit: str) -> Row:
-    """A column of medians for each region that was run."""
-    return {
-        f"{region_name(half)} [{unit}]": found[half].median for half in REGIONS if half in found
-    }
+    """Medians and quartiles for each region that was run, and how many seeds they are of."""
+    row: Row = {"seeds": min(spread.size for spread in found.values())}
+    for half in REGIONS:
+        if half in found:
+            row |= found[half].columns(f"{region_name(half)} [{unit}]")
+    return row
 
 
 def tried(rows: Iterable[Row]) -> str:
@@ -57,17 +54,6 @@ def tried(rows: Iterable[Row]) -> str:
     return ", ".join(region_name(half) for half in REGIONS if half in halves)
 
 
-def reached(found: ByRegion, most: float) -> str:
-    """The widest region up to which no median is above a printed number."""
-    last = NOWHERE
-    for half in REGIONS:
-        if half in found:
-            if found[half].median > most:
-                break
-            last = region_name(half)
-    return last
-
-
 def in_words(lines: dict[str, ByRegion], unit: str) -> str:
     """Each line's medians in its smallest and its widest region, for those who cannot see it."""
     parts = []
@@ -76,14 +62,6 @@ def in_words(lines: dict[str, ByRegion], unit: str) -> str:
         said = [f"{found[half].median:.2g} {unit} ({region_name(half)})" for half in ends]
         parts.append(f"{name} {' to '.join(said)}")
     return "Medians on a logarithmic scale by region: " + "; ".join(parts) + "."
-
-
-def verdict(widest: Iterable[str]) -> Verdict:
-    """Of the widest region of each printed figure; the document takes the whole workspace."""
-    all_of_them = set(widest)
-    if all_of_them == {region_name(WHOLE)}:
-        return Verdict.REPRODUCED
-    return Verdict.NOT_REPRODUCED if NOWHERE in all_of_them else Verdict.OTHER_READING
 
 
 def draw_by_region(

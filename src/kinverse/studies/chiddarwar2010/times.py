@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from kinverse.plots import new_figure
 from kinverse.studies.cell import Row
-from kinverse.studies.chiddarwar2010.networks import FAMILY
+from kinverse.studies.chiddarwar2010.networks import AS_PRINTED, CONSTANT, FAMILY
 from kinverse.studies.chiddarwar2010.plan import MAIN, all_cells
 from kinverse.studies.chiddarwar2010.regions import grouped
 from kinverse.studies.chiddarwar2010.source import STUDY_NAME
@@ -24,7 +24,8 @@ def _build(found: dict[str, list[Row]]) -> Table:
     every = [row for rows in found.values() for row in select(rows, robot=MAIN)]
     path = select(every, part="path")
     rows: list[Row] = []
-    trained = [row for row in every if row.get("joint") == 1 and row["split"] != "pose"]
+    networks = [row for row in every if row.get("network") != CONSTANT]
+    trained = [row for row in networks if row.get("joint") == 1 and row["split"] != "pose"]
     for (method, network), group in grouped(trained, "method", "network").items():
         asked = "the loop" if "fusion" in str(method) else "directly"
         asking = select(path, method=method, network=network, asked=asked)
@@ -50,7 +51,7 @@ def _build(found: dict[str, list[Row]]) -> Table:
     said_minutes = [as_number(row, SAID) for row in rows]
     ours = {(row["method"], row["network"]): as_number(row, TOTAL) for row in rows}
     ratios = [
-        ours[f"MLP {form}", "MLP"] / ours[f"RBF {form}", "RBF as printed"]
+        ours[f"MLP {form}", AS_PRINTED["MLP"]] / ours[f"RBF {form}", AS_PRINTED["RBF"]]
         for form in ("fusion", "absolute")
     ]
     return Table(

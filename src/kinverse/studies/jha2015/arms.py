@@ -6,10 +6,9 @@ from numpy.typing import NDArray
 from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.studies.data import Printed, printed
+from kinverse.studies.jha2015.units import METRES
 
 __all__ = ["arm", "arm_names", "conventions", "printed_limits", "source"]
-
-PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0}
 
 
 def arm_names() -> list[str]:
@@ -29,20 +28,20 @@ def arm(name: str, convention: str) -> Robot:
         5
     """
     rows = _rows(name)
-    unit = PER_METRE[rows.text("unit")[0]]
+    unit = METRES[rows.text("unit")[0]]
     theta, d, a, alpha = rows.numbers(["theta_deg", "d", "a", "alpha_deg"]).T
     joints = "".join(rows.text("joint"))
     limits = printed_limits(name)
     turns = np.array([kind == "R" for kind in joints if kind != "F"])
     limits[np.isnan(limits).any(axis=1)] = (-180.0, 180.0)
     return Robot.from_dh(
-        a=a / unit,
-        d=d / unit,
+        a=a * unit,
+        d=d * unit,
         alpha=np.radians(alpha),
         theta=np.radians(theta),
         joints=joints,
         convention=convention,
-        limits=np.where(turns[:, None], np.radians(limits), limits / unit),
+        limits=np.where(turns[:, None], np.radians(limits), limits * unit),
         name=name,
         source_note=source(name),
     )

@@ -1,22 +1,24 @@
 """Table 7.39: kinematics by homogeneous matrices and by quaternion-vector pairs."""
 
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
 from kinverse.studies.cell import Cell, Row
+from kinverse.studies.counted import Tally
 from kinverse.studies.data import printed
 from kinverse.studies.forms import Matrix, Pair
 from kinverse.studies.operation_counts import count_forms, count_forward, count_inverse
 from kinverse.studies.pair_kinematics import Route, inverse
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 from kinverse.studies.zero_arm import forward, zero_arm
 
-__all__ = ["ROBOTS", "TABLES", "compare_forms"]
+__all__ = ["POSES_SEED", "ROBOTS", "TABLES", "compare_forms"]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +34,7 @@ ROBOTS = {
 """As they are called in table 7.39, and in the catalogue: the corrected arms."""
 METHODS = ("HT", "QA")
 POSES, QUICK_POSES = 200, 20
+POSES_SEED = 7_390
 REPEATS = 5
 
 
@@ -49,7 +52,7 @@ def compare_forms(arm: str, poses: int) -> list[Row]:
         position at any branch [m], by the arm's own forward kinematics.
     """
     robot = kv.load(ROBOTS[arm])
-    q = robot.random(poses, np.random.default_rng(7_390))
+    q = robot.random(poses, np.random.default_rng(POSES_SEED))
     T = robot.fk(q)
     counted = [count_inverse(robot, pose) for pose in T]
     most = max(counted, key=lambda pair: pair[0].solutions)
@@ -84,7 +87,7 @@ def _times(what: str, work: Callable[[], object], poses: int) -> Row:
         start = time.process_time()
         work()
         spent.append(1e6 * (time.process_time() - start) / poses)
-    low, middle, high = np.quantile(spent, (0.25, 0.5, 0.75)).tolist()
+    low, middle, high = quartiles(spent)
     return {f"{what} low": low, f"{what} us": middle, f"{what} high": high}
 
 
@@ -99,6 +102,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
     table = printed("jha2015", "table_7_39")
     keys = zip(table.text("robot"), table.text("method"), strict=True)
     told = dict(zip(keys, table.numbers(["time_s"])[:, 0].tolist(), strict=True))
+    counted = _counted(row for cell in cells.values() for row in cell)
     rows: list[Row] = []
     quicker = 0
     for arm in ROBOTS:
@@ -111,8 +115,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
                     "arm": arm,
                     "method": method,
                     "scalars stored": row["scalars"],
-                    "forward + / x / sin, cos": _counts(row, "forward"),
-                    "inverse + / x / others": _counts(row, "inverse"),
+                    **{name.replace("_", " "): row[name] for name in counted},
                     "branches": row["branches"],
                     "largest error [m or 1]": row["apart"],
                     "forward [us]": row["forward us"],
@@ -144,11 +147,11 @@ def _build(cells: dict[str, list[Row]]) -> Table:
     )
 
 
-def _counts(row: Row, what: str) -> str:
-    """Additions, multiplications, and the rest: sines and cosines, or roots, arctangents ..."""
-    kinds = ("divisions", "square_roots", "sines", "arctangents")
-    others = sum(int(row[f"{what} {kind}"] or 0) for kind in kinds)
-    return f"{row[f'{what} additions']} / {row[f'{what} multiplications']} / {others}"
+def _counted(rows: Iterable[Row]) -> list[str]:
+    """Columns of operations, without those that no arm asks for."""
+    every = list(rows)
+    names = [f"{what} {each.name}" for what in ("forward", "inverse") for each in fields(Tally)]
+    return [name for name in names if any(row[name] for row in every)]
 
 
 TABLES: tuple[TableSpec, ...] = (

@@ -41,7 +41,7 @@ ROUND = (0.0, 1.0, *(10.0 * k for k in range(1, 11)))
 def flag_rows() -> list[Row]:
     """A row for each property: table, flag, how many entries have it, of how many, and which."""
     found = [*_outside_limits(), *_negative_norms(), *error_flags(), *_repeated_joints()]
-    found += [*_same_positions(), *_shorter(), *_near_copies(), *grid_flags()]
+    found += [*_equal_sums(), *_same_positions(), *_shorter(), *_near_copies(), *grid_flags()]
     return [*found, *configuration_flags()]
 
 
@@ -93,6 +93,18 @@ def _repeated_joints() -> Iterator[Row]:
                     flag = f"{_short(heads[later])} repeats {_short(heads[first])}"
                     told = f"all rows of {', '.join(whole)}"
                     yield _flag(table, flag, int(same.sum()), len(rows), told)
+
+
+def _equal_sums() -> Iterator[Row]:
+    """Rows of table 7.1 whose joint angles have the same sum, but for the last printed places."""
+    rows = _data("7.1")
+    heads = joint_columns(rows)
+    total = rows.numbers(heads).sum(axis=1)
+    middle = float(np.median(total))
+    off = np.abs(total - middle)
+    same = off <= last_place(rows, heads).sum(axis=1) / 2.0 + 1e-9
+    what = f"{' + '.join(map(_short, heads))} is {middle:.6g} deg"
+    yield _flag("7.1", what, int(same.sum()), len(rows), f"off by {off.max():.1g} deg at most")
 
 
 def _same_positions() -> Iterator[Row]:

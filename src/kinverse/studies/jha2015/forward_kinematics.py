@@ -9,12 +9,11 @@ from kinverse.robot import Robot
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import Printed, printed
 from kinverse.studies.jha2015.arms import arm, conventions
+from kinverse.studies.jha2015.units import METRES
 
 __all__ = ["CASES", "Case", "forward_rows", "joint_columns", "last_place", "position_columns"]
 
 Array = NDArray[np.float64]
-
-SCALES = {"mm": 1000.0, "cm": 100.0, "m": 1.0}
 
 
 @dataclass(frozen=True)
@@ -87,9 +86,9 @@ def forward_rows(table: str, arms: str, unit: str) -> list[Row]:
     for name in arms.split():
         for convention in conventions(name):
             robot = arm(name, convention)
-            for each in [unit] if unit else SCALES:
-                ours = SCALES[each] * robot.fk(q)[:, : len(places), 3]
-                allowed = _allowed(rows, robot, q, per_value, SCALES[each])
+            for each in [unit] if unit else METRES:
+                ours = robot.fk(q)[:, : len(places), 3] / METRES[each]
+                allowed = _allowed(rows, robot, q, per_value, 1.0 / METRES[each])
                 reading: Row = {"arm": name, "convention": convention, "unit": each}
                 for k, row in enumerate(rows.rows):
                     found.append(

@@ -10,6 +10,7 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.arms import source
 from kinverse.studies.jha2015.forward_kinematics import CASES, Case
+from kinverse.studies.jha2015.units import METRES
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -37,6 +38,9 @@ def _build(case: Case, rows: dict[str, Rows]) -> Table:
     if inferred is not None:
         notes.append(_told(inferred, "Inferred geometry"))
     notes.append(f"{sum(map(_holds, best))} of {len(best)} rows hold within one unit of print.")
+    if verdict is Verdict.NOT_REPRODUCED:
+        tried = dict.fromkeys(", ".join(_reading(reading[0])[1:]) for reading in readings)
+        notes.append(f"Read as {'; '.join(tried)}: the nearest is shown, compared as lengths.")
     for row, axis, ok in zip(best, signs, holds, strict=True):
         if axis:
             notes.append(f"Row {row['row']} holds with the opposite sign of {axis}.")
@@ -45,11 +49,14 @@ def _build(case: Case, rows: dict[str, Rows]) -> Table:
             notes.append(f"Row {row['row']} is off by {_short(off)} {unit}.")
     notes.extend(_axis_alone(best, unit))
     far = [_number(row, "distance") for row, sign in zip(best, signs, strict=True) if not sign]
+    pairs = zip(best, signs, strict=True)
+    turned = [f"row {row['row']} with the opposite sign of {sign}" for row, sign in pairs if sign]
     return Table(
         title=_title(case),
         rows=[_shown(*lines) for lines in zip(best, theirs, inferred or theirs, strict=True)],
         verdict=verdict,
-        residual=f"{_short(median(far))} {unit} median, {_short(max(far))} {unit} at most",
+        residual=f"{_short(median(far))} {unit} median, {_short(max(far))} {unit} at most"
+        + "".join(f"; {told}" for told in turned),
         note=" ".join(notes),
     )
 
@@ -77,7 +84,8 @@ def _holds(row: Row) -> bool:
 
 
 def _middle(reading: Rows) -> float:
-    return median(_number(row, "distance") for row in reading)
+    """Median distance [m]: readings in different units are compared as lengths."""
+    return METRES[str(reading[0]["unit"])] * median(_number(row, "distance") for row in reading)
 
 
 def _axes(row: Row) -> list[str]:

@@ -9,10 +9,7 @@ from kinverse.errors import InputError
 from kinverse.robot import Robot
 from kinverse.studies.jha2015.arms import arm, source
 
-__all__ = ["GEOMETRIES", "METRES", "geometry", "geometry_source"]
-
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-"""One of a printed unit [m]."""
+__all__ = ["GEOMETRIES", "geometry", "geometry_source"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +32,9 @@ class Reading:
 FULL = "full turns: no row of table {} keeps the printed ranges"
 GEOMETRIES = {
     "planar3r": Reading("planar3r_7.2.1", note="lengths are printed without a unit, read as cm"),
+    "planar3r_60": Reading(
+        "planar3r_7.2.1", note="the joints add up to 60 deg, as in every row of table 7.1"
+    ),
     "scara": Reading("scara", note="the range of joint 4 is not printed: a full turn"),
     "pioneer2": Reading("5r_4.4"),
     "pioneer2_7_7": Reading("5r_inferred"),

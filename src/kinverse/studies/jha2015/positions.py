@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from kinverse.robot import Robot
 from kinverse.studies.data import printed
-from kinverse.studies.jha2015.geometries import METRES
+from kinverse.studies.jha2015.units import METRES
 
-__all__ = ["ALGORITHMS", "ARMS", "ArmTask", "joint_columns", "joint_units", "printed_answers"]
+__all__ = ["ALGORITHMS", "ARMS", "ArmTask", "joint_headings", "joint_units", "printed_answers"]
 
 Array = NDArray[np.float64]
 
@@ -67,8 +67,8 @@ def joint_units(robot: Robot, unit: str) -> Array:
     return np.array([slide if kind == "P" else np.pi / 180.0 for kind in robot.kinds])
 
 
-def joint_columns(robot: Robot, unit: str) -> list[str]:
-    """Names of the joints as the thesis has them, units in brackets."""
+def joint_headings(robot: Robot, unit: str) -> list[str]:
+    """Columns of our tables: joints named as in the thesis, units in brackets."""
     return [
         f"d{k} [{unit}]" if kind == "P" else f"theta{k} [deg]"
         for k, kind in enumerate(robot.kinds, start=1)

@@ -8,7 +8,7 @@ import numpy as np
 from kinverse.studies.cell import Row
 from kinverse.studies.data import printed
 
-__all__ = ["configuration_flags", "error_flags", "grid_flags"]
+__all__ = ["ROUNDING", "configuration_flags", "error_flags", "grid_flags"]
 
 ERRORS = ("7.11", "7.12", "7.15", "7.18", "7.21", "7.24")
 """Tables of mean square errors of networks."""

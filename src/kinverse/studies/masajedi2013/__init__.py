@@ -16,6 +16,10 @@ STUDY = Study(
     title="Verification of bee algorithm based path planning for a 6DOF manipulator",
     source="P. Masajedi, K. Heidari Shirazi, A. Ghanbarzadeh, Verification of bee algorithm based"
     " path planning for a 6DOF manipulator using ADAMS, article 995, 2013",
+    seeds={
+        "arms, joint values, held out ones and noise of section 5": "the four streams [seed, 0] to"
+        " [seed, 3]"
+    },
     tables=(
         *equations.TABLES,
         *parameters.TABLES,

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.optimizers import BeesAlgorithm
 from kinverse.paths import named_samples
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.data import printed
 from kinverse.studies.masajedi2013.branches import ROBOT, branches_along

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 import kinverse as kv
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.masajedi2013.real_arm import NOISE, POINT, WORLDS, real_arm
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 if TYPE_CHECKING:
@@ -85,15 +86,16 @@ def _table(rows: dict[str, list[Row]]) -> Table:
         before = _values(arms, "none", "held out")
         for name in MODELS:
             held = _values(arms, name, "held out")
-            low, middle, high = np.percentile(held, [25, 50, 75])
+            low, middle, high = quartiles(held)
             table.append(
                 {
                     "error of the arm": world,
                     "model": name,
                     "arms": len(arms),
                     "fitted, rms, mm": float(np.median(_values(arms, name, "fitted"))),
-                    "held out, rms, mm": float(middle),
-                    "held out, quartiles, mm": f"{low:.3g} to {high:.3g}",
+                    "held out, rms, mm": middle,
+                    "held out, lower quartile, mm": low,
+                    "held out, upper quartile, mm": high,
                     "left of the error, %": 100.0 * float(np.median(held / before)),
                 }
             )

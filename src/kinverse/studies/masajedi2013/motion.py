@@ -6,17 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import JointCurve, deviation, named_path, named_samples, simulate
 from kinverse.paths.links import default_links
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.masajedi2013.bees import bees_along, bees_near
 from kinverse.studies.masajedi2013.branches import ROBOT, branches_along
 
 __all__ = [
+    "APART",
     "BY_ITSELF",
     "DEGREES",
+    "LARGEST",
     "ON",
+    "RMS",
     "SECONDS",
     "blend",
     "interpolated",
@@ -38,6 +41,11 @@ DEGREES = (3, 5, 6)
 """Of splines; the document's "6th order interpolation" is 5 or 6."""
 ON = "bees on "
 BY_ITSELF = ("bees, full pose", "bees, position only")
+RMS, LARGEST = "error, rms, mm", "error, largest, mm"
+TURNED = "rotation error, largest, deg"
+APART = "joints against inverse kinematics, deg"
+UNKNOWN: Row = dict.fromkeys((RMS, LARGEST, TURNED, APART))
+"""Of a motion that there is not."""
 
 
 def times(count: int) -> Array:
@@ -93,23 +101,24 @@ def moved(path: str, source: str, seed: int) -> list[Row]:
 
 def _moved(path: str, source: str, q: Array, drive: str) -> list[Row]:
     robot, line = kv.load(ROBOT), named_path(path)
-    run = simulate(robot, times(len(q)), q, drive=drive)
+    head: Row = {"path": path, "joint values": source, "drive": drive}
+    try:
+        run = simulate(robot, times(len(q)), q, drive=drive)
+    except kv.InputError as error:
+        # the spline between joint values that jump leaves the limits: there is no such motion
+        return [head | {"kind": "motion", "ran to the end": False, "reason": str(error)} | UNKNOWN]
     wanted = line(line.length * blend(run.t / SECONDS))
     away, turned = judge.errors(wanted, run.T)
-    # the constraint's force has the other sign than the force on the tool
-    force = joint_forces(robot, run.t, run.q, -run.constraint_force[:, :3])
-    head: Row = {"path": path, "joint values": source, "drive": drive}
+    force = joint_forces(robot, run.t, run.q, run.constraint_force[:, :3])
     motion: Row = {
         **head,
         "kind": "motion",
         "ran to the end": run.ok,
         "reason": run.reason,
-        "error, rms, mm": _finite(1e3 * np.sqrt(np.mean(away**2))),
-        "error, largest, mm": _finite(1e3 * away.max()),
-        "rotation error, largest, deg": _finite(np.degrees(turned.max())),
-        "joints against inverse kinematics, deg": _finite(
-            np.degrees(np.abs(run.q - run.q_wanted).max())
-        ),
+        RMS: _finite(1e3 * np.sqrt(np.mean(away**2))),
+        LARGEST: _finite(1e3 * away.max()),
+        TURNED: _finite(np.degrees(turned.max())),
+        APART: _finite(np.degrees(np.abs(run.q - run.q_wanted).max())),
     }
     joints: list[Row] = [
         {

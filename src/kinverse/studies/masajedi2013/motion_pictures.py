@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.paths import JointCurve, named_path, named_samples
 from kinverse.plots import new_figure
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
 from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.branches import ROBOT, branches_along
 from kinverse.studies.masajedi2013.motion import DEGREES
+from kinverse.studies.rows import select
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,6 +56,8 @@ def figure_8(runs: dict[str, list[Row]]) -> "Figure":
     axes = figure.subplots()
     colours = (*COLOURS, *COLOURS, "tab:orange", "0.5")
     for (source, cell), colour in zip(runs.items(), colours, strict=True):
+        if not select(cell, kind="instant", drive="joints"):
+            continue
         away = np.maximum(_instants(cell, "joints", "away"), 1e-4)
         name = f"closed form, {source}" if source in SHOWN else source
         style = "-" if source in SHOWN else "--"
@@ -89,5 +92,5 @@ def figure_9(runs: dict[str, list[Row]]) -> "Figure":
 
 
 def _instants(cell: list[Row], drive: str, column: str) -> np.ndarray:
-    rows = [row for row in cell if row["kind"] == "instant" and row["drive"] == drive]
-    return np.array([float(row[column] or 0.0) for row in rows])
+    rows = select(cell, kind="instant", drive=drive)
+    return np.array([row[column] for row in rows], dtype=np.float64)

@@ -7,13 +7,17 @@ import numpy as np
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.masajedi2013.bees_tables import PATHS, SHOWN
 from kinverse.studies.masajedi2013.motion import (
+    APART,
     BY_ITSELF,
+    LARGEST,
     ON,
+    RMS,
     SECONDS,
     interpolated,
     moved,
 )
 from kinverse.studies.masajedi2013.motion_pictures import figure_7, figure_8, figure_9
+from kinverse.studies.rows import as_number
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 __all__ = ["TABLES", "compared"]
@@ -51,7 +55,7 @@ def _between_table(rows: dict[str, list[Row]]) -> Table:
         groups.setdefault((row["path"], row["joint values"], row["degree"]), []).append(row)
     table: list[Row] = []
     for (path, source, degree), group in groups.items():
-        strays = [float(row["between them, largest, mm"] or 0.0) for row in group]
+        strays = [as_number(row, "between them, largest, mm") for row in group]
         table.append(
             {
                 "path": str(path),
@@ -64,7 +68,7 @@ def _between_table(rows: dict[str, list[Row]]) -> Table:
             }
         )
     exact = [row for row in table if row["joint values"] in SHOWN and row["degree"] == 6]
-    worst = max(float(row["between them, largest, mm"] or 0.0) for row in exact)
+    worst = max(as_number(row, "between them, largest, mm") for row in exact)
     picture = Picture(
         "Coordinates of the tool along the curved path, as in figure 7",
         "Three panels, x, y and z of the tool against the share of the path: the path as a line,"
@@ -102,11 +106,10 @@ def _motion_table(rows: dict[str, list[Row]]) -> Table:
                 "seeds": len(group),
                 "ran to the end, %": 100.0
                 * float(np.mean([bool(r["ran to the end"]) for r in group])),
-                "error, rms, mm": _median(group, "error, rms, mm"),
-                "error, largest, mm": _median(group, "error, largest, mm"),
-                "joints against inverse kinematics, deg": _median(
-                    group, "joints against inverse kinematics, deg"
-                ),
+                RMS: _median(group, RMS),
+                LARGEST: _median(group, LARGEST),
+                APART: _median(group, APART),
+                "why not": "; ".join(dict.fromkeys(str(r["reason"]) for r in group if r["reason"])),
             }
         )
     by = {(row["path"], row["joint values"], row["drive"]): row for row in table}
@@ -118,7 +121,7 @@ def _motion_table(rows: dict[str, list[Row]]) -> Table:
         "bees that stay on the branch": _range(near),
         "bees by themselves": _range(alone),
     }
-    words = "; ".join(f"{name} {values} mm" for name, values in told.items())
+    words = "; ".join(f"{name} {values}" for name, values in told.items())
     picture = Picture(
         "Distance of the tool from the curved path in the simulator, as in figure 8",
         f"Distance against time on a logarithmic scale. Largest of both paths: {words}.",
@@ -134,7 +137,8 @@ def _motion_table(rows: dict[str, list[Row]]) -> Table:
         " Drive joints: the joint angles are the input, and the tool is measured. Drive tool: the"
         " tool is held to the path and the joints, which turn freely, are measured. The document"
         " reports an error close to zero. Bees on a branch search within 10 degrees of the last"
-        " answer, which is ours; each point by itself, as printed, they jump between branches.",
+        " answer, which is ours; each point by itself, as printed, they jump between branches, and"
+        " where a spline through the jumps leaves the joint limits there is no motion.",
         pictures=(picture,),
     )
 
@@ -146,12 +150,16 @@ def _drawn(rows: dict[str, list[Row]]) -> dict[str, list[Row]]:
 
 
 def _range(rows: list[Row]) -> str:
-    values = [float(row["error, largest, mm"] or 0.0) for row in rows]
-    return f"{min(values):.2g} to {max(values):.2g}"
+    """Largest errors [mm] from the least to the greatest; motions that there are not are told."""
+    values = [as_number(row, LARGEST) for row in rows if row[LARGEST] is not None]
+    told = f"{min(values):.2g} to {max(values):.2g} mm" if values else "unknown"
+    none = len(rows) - len(values)
+    return told if not none else f"{told}, no motion in {none} of {len(rows)}"
 
 
 def _median(rows: list[Row], column: str) -> float | None:
-    values = [float(row[column] or 0.0) for row in rows if row[column] is not None]
+    """Of the rows that have a number there."""
+    values = [as_number(row, column) for row in rows if row[column] is not None]
     return float(np.median(values)) if values else None
 
 
@@ -213,7 +221,7 @@ def compared(table: list[Row]) -> list[Row]:
                 ("more uniform", "force, uniformity"),
                 ("greater", "force, peak, N"),
             ):
-                row[name] = sum(float(a[column] or 0.0) > float(b[column] or 0.0) for a, b in pairs)
+                row[name] = sum(as_number(a, column) > as_number(b, column) for a, b in pairs)
             out.append(row)
     return out
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
-from kinverse.studies import judge
+from kinverse import judge
 
 __all__ = ["POINT", "WORLDS", "RealArm", "real_arm"]
 

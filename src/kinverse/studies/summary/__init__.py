@@ -1,12 +1,13 @@
 """All methods on all arms: the same targets, the same budget, one answer for each situation."""
 
 from kinverse.studies.cell import Cell, Row, Value
+from kinverse.studies.rows import select
 from kinverse.studies.study import Study
 from kinverse.studies.summary.answers import ENOUGH, answer
-from kinverse.studies.summary.arms import CASES, SITUATIONS
+from kinverse.studies.summary.arms import CASES, REACH_SEED, SITUATIONS
 from kinverse.studies.summary.methods import BUDGET, FAMILIES, TOLERANCE
 from kinverse.studies.summary.pictures import solved_figure, time_against_error
-from kinverse.studies.summary.race import TIMED_TOGETHER, race
+from kinverse.studies.summary.race import TARGET_STREAM, TIMED_TOGETHER, race
 from kinverse.studies.summary.tables import by_arm, by_situation, cannot_spend, overall
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
@@ -52,7 +53,9 @@ def _how(rows: list[Row]) -> str:
         " bounded by it. Solved: an answer within"
         f" {TOLERANCE:g} m (and {TOLERANCE:g} rad for poses) and inside the limits, by forward"
         " kinematics in plain NumPy, and no answer that is not. Targets are poses of joint values"
-        " drawn evenly inside the limits, from seeds that no solver uses. Time is processor time of"
+        " drawn evenly inside the limits, from seeds that no solver uses. The reach, by"
+        " which position errors of small and large arms are compared, is the largest distance of"
+        " the tool from the first joint. Time is processor time of"
         f" one thread in a batch (of {TIMED_TOGETHER:,} poses; population methods: of the"
         " targets), without training."
     )
@@ -82,7 +85,8 @@ def _overview_table(rows: dict[str, list[Row]]) -> Table:
     whole = overall(every)
     picture = Picture(
         "Which method to use when: time against error, all arms",
-        "Processor time a pose against the error that 95 % of the poses stay below, one marker a"
+        "Processor time a pose against the error that 95 % of the poses stay below, the greater of"
+        " the position's as a share of the arm's reach and the rotation's in rad, one marker a"
         " method: " + _time_words(whole),
         lambda: time_against_error(whole, ENOUGH),
     )
@@ -97,31 +101,41 @@ def _overview_table(rows: dict[str, list[Row]]) -> Table:
 
 
 def _answers_table(rows: dict[str, list[Row]]) -> Table:
-    table = by_situation(_all(rows))
+    every = _all(rows)
+    table = by_situation(every)
     answers = [
-        answer(name, [row for row in table if row["situation"] == name]) for name in SITUATIONS
+        answer(
+            name,
+            select(table, situation=name),
+            dict.fromkeys(str(row["arm"]) for row in select(every, situation=name)),
+        )
+        for name in SITUATIONS
     ]
     return Table(
         "Which method to use when",
         answers,
         Verdict.OURS,
         f"the quickest of the methods that solve {ENOUGH:g} % on every arm",
-        "\n\n".join(str(row["answer"]) for row in answers),
+        f"{table[0]['targets an arm']} targets on each arm from each of {table[0]['seeds']} seeds;"
+        " times are medians over arms and seeds. kv is kinverse; kv.solve(robot, T, solver=...)"
+        " takes what is under call.\n\n" + "\n\n".join(str(row["answer"]) for row in answers),
     )
 
 
 def _time_words(rows: list[Row]) -> str:
     found = [row for row in rows if row["time a pose, ms"] is not None]
     told = (
-        f"{row['method']} {row['time a pose, ms']:.2g} ms"
-        + (
-            f" and {row['error, 95 % below, m + rad']:.1g} m + rad"
-            if row["error, 95 % below, m + rad"] is not None
-            else " and no bound"
-        )
-        for row in found
+        f"{row['method']} {row['time a pose, ms']:.2g} ms, {_error_words(row)}" for row in found
     )
-    return ", ".join(told) + "."
+    return "; ".join(told) + "."
+
+
+def _error_words(row: Row) -> str:
+    far = row["position error, 95 % below, % of reach"]
+    turned = row["rotation error, 95 % below, deg"]
+    if far is None or turned is None:
+        return "no bound"
+    return f"{far:.1g} % of the reach and {turned:.1g} deg"
 
 
 def _solved_words(rows: list[Row]) -> str:
@@ -131,6 +145,11 @@ def _solved_words(rows: list[Row]) -> str:
 STUDY = Study(
     name="summary",
     title="All methods on all arms: which to use when",
+    seeds={
+        "targets": f"the stream [{TARGET_STREAM}, target seed]",
+        "solvers": f"{SOLVER_SEED} + target seed, which is the solver seed",
+        "reach of an arm": f"{REACH_SEED}",
+    },
     source="Arms of the four source documents and of today; targets and figures of our own",
     tables=(
         TableSpec("when", "Which method to use when", _cells, _answers_table),

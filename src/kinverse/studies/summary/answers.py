@@ -1,5 +1,6 @@
 """Which method to use when: a sentence for each situation, from its figures."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from kinverse.studies.cell import Row
@@ -11,7 +12,7 @@ ENOUGH = 99.0
 """Share of the targets [%] that a method must solve on every arm to be recommended."""
 
 
-def answer(situation: str, rows: list[Row]) -> Row:
+def answer(situation: str, rows: list[Row], arms: Iterable[str] = ()) -> Row:
     """The recommendation of one situation.
 
     The quickest method that solves enough on every arm is the one to use; the one with most
@@ -20,20 +21,22 @@ def answer(situation: str, rows: list[Row]) -> Row:
     Args:
         situation: its name.
         rows: of ``tables.by_situation``, those of this situation.
+        arms: its arms.
     """
     sound = [row for row in rows if _is_sound(row)]
     by_name = {str(row["method"]): row for row in rows}
     first = min(sound, key=_milliseconds, default=None)
     most = max(sound, key=lambda row: _value(row, "solutions a pose"), default=None)
     parts = [f"{first['method']}: {_told(first)}" if first else _none(rows)]
-    if first and most and _value(most, "solutions a pose") > 1.5:
+    has_many = most is not None and _value(most, "solutions a pose") > 1.5
+    if first and most and has_many:
         every = f"every branch ({_value(most, 'solutions a pose'):.2g} solutions a pose)"
         parts.append(
             f"it gives {every}"
             if most is first
             else f"for {every} {most['method']}, {_time(most)} a pose"
         )
-    others = [row for row in sound if row is not first and row is not most]
+    others = [row for row in sound if row is not first and not (has_many and row is most)]
     if others:
         next_one = min(others, key=_milliseconds)
         parts.append(f"next {next_one['method']}, {_time(next_one)}")
@@ -43,16 +46,21 @@ def answer(situation: str, rows: list[Row]) -> Row:
         f"of the population methods alone {best['method']} solves most,"
         f" a median of {_value(best, 'solved, %'):.3g} % in {_time(best)}"
     )
-    network = by_name[NETWORK]["error, m + rad"]
-    parts.append(f"a network alone is {_float(network, float('inf')):.2g} m + rad off")
+    parts.append(f"a network alone is {_off(by_name[NETWORK])} off")
     return {
         "situation": situation,
+        "arms": ", ".join(arms),
         "use": first["method"] if first else None,
-        "for every branch": most["method"]
-        if most and _value(most, "solutions a pose") > 1.5
-        else None,
+        "call": first["call"] if first else None,
+        "for every branch": most["method"] if most and has_many else None,
         "answer": f"Where {_where(situation)}, use {'; '.join(parts)}.",
     }
+
+
+def _off(row: Row) -> str:
+    far, turned = row["position error, median, % of reach"], row["rotation error, median, deg"]
+    told = f"{_float(far, float('inf')):.3g} % of the arm's reach"
+    return told if turned is None else f"{told} and {_float(turned, 0.0):.3g} deg"
 
 
 def _where(situation: str) -> str:

@@ -1,9 +1,12 @@
 """The arms and tasks of the comparison, and the situations they stand for."""
 
+import numpy as np
+
+from kinverse import judge
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 
-__all__ = ["CASES", "SITUATIONS", "situation_of"]
+__all__ = ["CASES", "SITUATIONS", "reach_of", "situation_of"]
 
 CASES: tuple[tuple[str, str], ...] = (
     *((arm, "pose") for arm in ("planar3r", "planar3r_003", "adept_one", "pioneer2", "irb6")),
@@ -19,6 +22,24 @@ as printed ask for positions only.
 """
 
 SITUATIONS = ("closed form exists", "redundant", "no closed form", "position only")
+
+
+REACH_SEED, REACH_DRAWN = 8_000, 2_000
+
+
+def reach_of(robot: Robot) -> float:
+    """Largest distance of the tool from the first joint over many joint values [m].
+
+    It makes position errors of small and large arms comparable.
+
+    Example:
+        >>> round(reach_of(kv.load("planar3r")), 2)
+        0.22
+    """
+    low, high = robot.limits.T
+    q = np.random.default_rng(REACH_SEED).uniform(low, high, (REACH_DRAWN, robot.dof))
+    frames = judge.frames(robot, q)
+    return float(np.linalg.norm(frames[-1][:, :3, 3] - frames[0][:, :3, 3], axis=1).max())
 
 
 def situation_of(robot: Robot, task: str) -> str:

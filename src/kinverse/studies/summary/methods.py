@@ -6,7 +6,7 @@ from typing import Any
 
 from kinverse.solvers import Solver
 
-__all__ = ["ALONE", "BUDGET", "FAMILIES", "METHODS", "NETWORK", "TOLERANCE", "Method"]
+__all__ = ["ALONE", "BUDGET", "CALLS", "FAMILIES", "METHODS", "NETWORK", "TOLERANCE", "Method"]
 
 BUDGET = 20_000
 """Evaluations of forward kinematics a pose, at most."""
@@ -30,12 +30,14 @@ class Method:
         name: as it stands in tables and pictures.
         family: "analytic", "numerical", "learned", "swarm" or "swarm and descent".
         make: task, seed of what it learns, quick -> a solver that is not fitted.
+        call: the same for a reader, without what is left as it is.
         tasks: those it is run on.
     """
 
     name: str
     family: str
     make: Make
+    call: str
     tasks: tuple[str, ...] = ("pose", "position")
 
 
@@ -101,14 +103,30 @@ NETWORK = "network alone"
 ALONE = ("ga", "pso", "gwo", "tlbo", "cibo", "bees", "abc", "de", "bbo", "firefly")
 
 METHODS = (
-    Method("Analytic", "analytic", _analytic),
-    Method("Numerical", "numerical", _numerical("lm")),
-    *(Method(name, "numerical", _numerical(name)) for name in list(STEPS)[1:]),
-    Method("Learned", "learned", _learned),
-    Method("Fusion loop", "learned", _fusion, ("pose",)),
-    *(Method(name, "swarm", _swarm(name)) for name in ALONE),
-    Method("pso + descent", "swarm and descent", _swarm("pso", polish=True)),
-    Method("bees + descent", "swarm and descent", _swarm("bees", polish=True)),
+    Method("Analytic", "analytic", _analytic, "kv.Analytic()"),
+    Method("Numerical", "numerical", _numerical("lm"), "kv.Numerical()"),
+    *(
+        Method(name, "numerical", _numerical(name), f'kv.Numerical(method="{name}")')
+        for name in list(STEPS)[1:]
+    ),
+    Method("Learned", "learned", _learned, "kv.Learned()"),
+    Method("Fusion loop", "learned", _fusion, "kv.Fusion(fallback=None)", ("pose",)),
+    *(
+        Method(name, "swarm", _swarm(name), f'kv.Swarm(optimizer="{name}", polish=False)')
+        for name in ALONE
+    ),
+    *(
+        Method(
+            f"{name} + descent",
+            "swarm and descent",
+            _swarm(name, polish=True),
+            f'kv.Swarm(optimizer="{name}")',
+        )
+        for name in ("pso", "bees")
+    ),
 )
+
+CALLS = {method.name: method.call for method in METHODS} | {NETWORK: "kv.Learned().predict"}
+"""How to call what a table names."""
 
 FAMILIES = tuple(dict.fromkeys(method.family for method in METHODS))

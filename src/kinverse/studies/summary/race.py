@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import kinverse as kv
+from kinverse import judge
 from kinverse.errors import NoClosedForm
 from kinverse.robot import Robot
 from kinverse.solutions import Solutions
-from kinverse.studies import judge
 from kinverse.studies.cell import Row
-from kinverse.studies.summary.arms import situation_of
+from kinverse.studies.summary.arms import reach_of, situation_of
 from kinverse.studies.summary.methods import METHODS, NETWORK, TOLERANCE, Method
 
 __all__ = ["race", "targets_of"]
@@ -39,7 +39,14 @@ def race(
     """A row for each method of a family; what does not apply says why."""
     robot = kv.load(arm)
     T = targets_of(robot, target_seed, targets)
-    head: Row = {"arm": arm, "task": task, "situation": situation_of(robot, task)}
+    head: Row = {
+        "arm": arm,
+        "task": task,
+        "situation": situation_of(robot, task),
+        "seed of targets": target_seed,
+        "targets": targets,
+        "reach, m": reach_of(robot),
+    }
     rows: list[Row] = []
     for method in METHODS:
         if method.family == family and task in method.tasks:
@@ -104,8 +111,9 @@ def _judged(
 ) -> Row:
     """Candidates q (M, n) of the poses ``index``; the first ``answered`` claim to be solutions.
 
-    A pose is solved if it has an answer and all its answers hold. Its error is its best candidate's
-    (pose: metres and radians added), infinite if there is none.
+    A pose is solved if it has an answer and all its answers hold. Its errors are those of its best
+    candidate (the least sum of position error by reach and rotation error), infinite if there is
+    none.
     """
     far, turned = judge.errors(T[index], judge.pose(robot, q))
     if task == "position":
@@ -115,15 +123,13 @@ def _judged(
     solved = np.zeros(len(T), dtype=bool)
     solved[index[claims]] = True
     solved[index[claims & ~good]] = False
-    order = np.argsort(np.nan_to_num(far + turned, nan=np.inf), kind="stable")[::-1]
+    both = far / reach_of(robot) + turned
+    order = np.argsort(np.nan_to_num(both, nan=np.inf), kind="stable")[::-1]
     best = np.full((2, len(T)), np.inf)
     best[:, index[order]] = far[order], turned[order]  # the least comes last and stays
     best[np.isnan(best)] = np.inf
-    both = best.sum(axis=0)
     return {
         "solved, %": 100.0 * float(solved.mean()),
-        "error, median": _finite(np.median(both)),
-        "error, 95 %": _finite(np.percentile(both, 95, method="higher")),
         "position error, median": _finite(np.median(best[0])),
         "position error, 95 %": _finite(np.percentile(best[0], 95, method="higher")),
         "rotation error, median": _finite(np.median(best[1])) if task == "pose" else None,

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from kinverse.studies.cell import Row
+from kinverse.studies.rows import quartiles
 from kinverse.studies.summary.arms import SITUATIONS
-from kinverse.studies.summary.methods import BUDGET
+from kinverse.studies.summary.methods import BUDGET, CALLS
 
 __all__ = ["by_arm", "by_situation", "cannot_spend", "overall"]
 
@@ -75,15 +76,36 @@ def _overview(group: list[Row], situation: Any) -> Row:
         "situation": situation,
         "method": group[0]["method"],
         "family": group[0]["family"],
+        "call": CALLS[str(group[0]["method"])],
         "arms it applies to": len(solved),
         "arms": len(cases),
+        "targets an arm": int(str(group[0]["targets"])),
+        "seeds": len({row["seed of targets"] for row in group}),
         **_spread(done, "solved, %", "solved", " %"),
         "solved, lowest of an arm, %": _lowest(done),
-        "error, m + rad": _scaled(done, "error, median"),
-        **_spread(done, "error, 95 %", "error, 95 % below", " m + rad"),
+        **{
+            name: value
+            for name, value in _errors(done, "median", "median").items()
+            if "quartile" not in name
+        },
+        **_errors(done, "95 %", "95 % below"),
         **_spread(done, "seconds a pose", "time a pose", " ms", 1e3),
         "solutions a pose": _scaled(done, "solutions a pose"),
         "training, s": _scaled(done, "seconds to fit"),
+    }
+
+
+def _errors(rows: list[Row], column: str, name: str) -> Row:
+    """Errors of arms of all sizes: of the position by reach, of the rotation where it counts."""
+    far, turned = f"position error, {column}", f"rotation error, {column}"
+    by_reach: list[Row] = [
+        {far: None if row[far] is None else _number(row[far]) / _number(row["reach, m"])}
+        for row in rows
+    ]
+    poses = [row for row in rows if row["task"] == "pose"]
+    return {
+        **_spread(by_reach, far, f"position error, {name}", " % of reach", 100.0),
+        **_spread(poses, turned, f"rotation error, {name}", " deg", 180 / np.pi),
     }
 
 
@@ -112,15 +134,13 @@ def _spread(rows: list[Row], column: str, name: str, unit: str, scale: float = 1
     else:
         # an error that has no bound counts as the greatest
         filled = np.array(values + [np.inf] * gone) * scale
-        low, middle, high = (
-            float(x) if np.isfinite(x) else None
-            for x in np.percentile(filled, [25, 50, 75], method="nearest")
-        )
-    return {f"{name},{unit}": middle, f"{name}, quartiles,{unit}": _pair(low, high)}
-
-
-def _pair(low: float | None, high: float | None) -> str:
-    return "-" if low is None or high is None else f"{low:.3g} to {high:.3g}"
+        with np.errstate(invalid="ignore"):  # between two errors without a bound
+            low, middle, high = (x if np.isfinite(x) else None for x in quartiles(filled))
+    return {
+        f"{name},{unit}": middle,
+        f"{name}, lower quartile,{unit}": low,
+        f"{name}, upper quartile,{unit}": high,
+    }
 
 
 def _scaled(rows: list[Row], column: str, scale: float = 1.0) -> float | None:

@@ -9,23 +9,29 @@ from numpy.typing import NDArray
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.data import printed
 from kinverse.studies.jha2015.geometries import geometry
+from kinverse.studies.rows import quartiles
 
 __all__ = [
     "CONFIGURATIONS",
+    "DATA_SEED",
+    "FLOOR_SEED",
     "Configuration",
     "Floor",
+    "SUMS",
     "draw",
     "floor_cell",
     "floor_of",
     "least_errors",
     "output_names",
-    "quartiles",
+    "known_quartiles",
     "squared_units",
 ]
 
 Array = NDArray[np.float64]
 
 FLOOR_SEED, DATA_SEED = 880_000, 4_100
+SUMS = {"planar3r_60": np.pi / 3.0}
+"""Geometries whose joints add up to one angle [rad]."""
 MANY, QUICK_MANY = 400_000, 20_000
 
 
@@ -99,12 +105,23 @@ CONFIGURATIONS = {
 }
 
 
-def draw(name: str, count: int, seed: int) -> tuple[Array, Array]:
-    """Positions (count, 3) [m], of the planar arm (count, 2), and joints uniform in the limits."""
+def draw(name: str, count: int, seed: int, swept: bool = False) -> tuple[Array, Array]:
+    """Positions (count, 3) [m], of a planar arm (count, 2), and joints (count, n).
+
+    The joints are uniform in the limits; where their sum is fixed (``SUMS``), the last follows from
+    the others. Swept: all go through their ranges together, on even grids, in random order.
+    """
     robot = geometry(name)
-    q = robot.random(count, np.random.default_rng(DATA_SEED + seed))
+    rng = np.random.default_rng(DATA_SEED + seed)
+    if swept:
+        low, high = robot.limits.T
+        q = low + rng.permutation(np.linspace(0.0, 1.0, count))[:, None] * (high - low)
+    else:
+        q = robot.random(count, rng)
+    if name in SUMS:
+        q[:, -1] = SUMS[name] - q[:, :-1].sum(axis=1)
     position = robot.fk(q)[:, :3, 3]
-    return (position[:, :2] if name == "planar3r" else position), q
+    return (position[:, :2] if name.startswith("planar") else position), q
 
 
 def output_names(name: str) -> list[str]:
@@ -119,13 +136,12 @@ def squared_units(name: str) -> tuple[Array, list[str]]:
     return np.where(slides, 1e6, 1.0), ["mm^2" if slide else "rad^2" for slide in slides]
 
 
-def quartiles(rows: list[Row], column: str) -> tuple[float, float, float] | None:
+def known_quartiles(rows: list[Row], column: str) -> tuple[float, float, float] | None:
     """Lower quartile, median, upper quartile of a column; None if a row has no number there."""
     values = [row[column] for row in rows]
     if any(value is None for value in values):
         return None
-    low, middle, high = np.quantile(np.array(values, dtype=np.float64), (0.25, 0.5, 0.75)).tolist()
-    return low, middle, high
+    return quartiles(np.array(values, dtype=np.float64))
 
 
 def least_errors(geometry_name: str, test: int, many: int) -> list[Row]:

@@ -7,6 +7,7 @@ from kinverse.studies.data import printed
 from kinverse.studies.jha2015.networks.hybrid import ANFIS, METHODS, hybrid_cells, hybrid_rows
 from kinverse.studies.jha2015.networks.planar import NETWORKS, planar_cells
 from kinverse.studies.jha2015.networks.sets import CONFIGURATIONS
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -34,8 +35,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
             most = max(by_units)
             found, units = by_units[most], str(most)
         seconds = [row["seconds"] for row in found if row["kind"] == "error"]
-        values = np.array(seconds, dtype=np.float64)
-        low, middle, high = np.quantile(values, (0.25, 0.5, 0.75)).tolist()
+        low, middle, high = quartiles(np.array(seconds, dtype=np.float64))
         rows.append(
             {
                 "arm": arm,

@@ -30,6 +30,7 @@ def train_network(
     rate: float = 0.1,
     momentum: float = 0.9,
     keep: bool = False,
+    swept: bool = False,
 ) -> list[Row]:
     """A network trained on fresh rows with each seed.
 
@@ -47,6 +48,7 @@ def train_network(
         momentum: of "gdm".
         keep: also rows of the first seed with ``kind`` "pair" (wanted and predicted joints on the
             test rows) and "epoch" (training errors).
+        swept: see ``draw``.
 
     Returns:
         Rows of each seed and joint with ``kind`` "error": ``training`` and ``test`` mean squared
@@ -56,7 +58,7 @@ def train_network(
     rows: list[Row] = []
     names = output_names(geometry_name)
     for seed in range(seeds):
-        X, q = draw(geometry_name, train + test, seed)
+        X, q = draw(geometry_name, train + test, seed, swept)
         net = _network(network, hidden, budget, rate, momentum, NETWORK_SEED + seed)
         start = time.process_time()
         with warnings.catch_warnings():

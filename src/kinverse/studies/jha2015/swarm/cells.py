@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinverse.optimizers import make_optimizer
 from kinverse.studies.cell import Cell, Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
 from kinverse.studies.jha2015.swarm.search import search
 
 __all__ = [
     "EVALUATIONS",
-    "LEAST_POPULATION",
     "LIMITS",
     "MAIN",
     "POPULATIONS",
@@ -22,19 +22,24 @@ __all__ = [
     "middle",
     "numbers",
     "within",
+    "works_with",
 ]
 
 Array = NDArray[np.float64]
 
 POPULATIONS = (3, 6, 100)
 """Printed as three search agents for the PUMA 560, six for the IRB-1400; 100 for the networks."""
-LEAST_POPULATION = {"cibo": 6}
 MAIN = 100
 SEEDS, QUICK_SEEDS = 21, 3
 EVALUATIONS, QUICK_EVALUATIONS = 20_000, 2_000
 """The thesis does not say how many."""
 LIMITS = (0.001, 0.01)
 """Function values up to which the thesis accepts a result: 7.26, and the others."""
+
+
+def works_with(algorithm: str, population: int) -> bool:
+    """Whether so few search agents are enough for an algorithm."""
+    return population >= make_optimizer(algorithm).least_population
 
 
 def cells_of(task: ArmTask, populations: tuple[int, ...], quick: bool) -> list[Cell]:
@@ -55,7 +60,7 @@ def cells_of(task: ArmTask, populations: tuple[int, ...], quick: bool) -> list[C
         for name in task.geometries
         for population in populations
         for algorithm in ALGORITHMS
-        if population >= LEAST_POPULATION.get(algorithm, 1)
+        if works_with(algorithm, population)
     ]
 
 

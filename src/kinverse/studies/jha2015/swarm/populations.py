@@ -1,19 +1,18 @@
 """What the size of the population does: an addition to the tables of the thesis."""
 
-import numpy as np
-
 from kinverse.studies.cell import Row
 from kinverse.studies.jha2015.positions import ALGORITHMS, ArmTask
 from kinverse.studies.jha2015.swarm.cells import (
-    LEAST_POPULATION,
     LIMITS,
     POPULATIONS,
     answers_of,
     curves_of,
     numbers,
     within,
+    works_with,
 )
 from kinverse.studies.jha2015.swarm.pictures import convergence_picture
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, Verdict
 
 __all__ = ["population_table"]
@@ -29,14 +28,14 @@ def population_table(task: ArmTask, cells: CellRows) -> Table:
         curves: dict[int, dict[str, list[Row]]] = {}
         for population in POPULATIONS:
             for algorithm in ALGORITHMS:
-                if population < LEAST_POPULATION.get(algorithm, 1):
+                if not works_with(algorithm, population):
                     continue
                 curve = curves_of(cells, task, name, algorithm, population)
                 curves.setdefault(population, {})[algorithm] = curve
                 found = answers_of(cells, task, name, algorithm, population)
                 reach = [row for row in found if row["least"] == 0.0]
                 f = numbers(reach or found, "f")
-                low, middle, high = np.quantile(f, (0.25, 0.5, 0.75)).tolist()
+                low, middle, high = quartiles(f)
                 rows.append(
                     {
                         "geometry": name,
@@ -59,6 +58,6 @@ def population_table(task: ArmTask, cells: CellRows) -> Table:
         f"least median f {best[column]:.3g} {task.unit}: {best['algorithm']} with population"
         f" {best['population']}",
         "The same number of evaluations for every population. Over the positions in reach, or all"
-        " if none is. CIBO needs six members or more.",
+        " if none is. CIBO has no row for three: its swarms have more than five crabs each.",
         tuple(pictures),
     )

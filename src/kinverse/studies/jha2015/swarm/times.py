@@ -7,6 +7,7 @@ from kinverse.studies.data import printed
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS
 from kinverse.studies.jha2015.swarm.cells import EVALUATIONS, MAIN, QUICK_EVALUATIONS, numbers
 from kinverse.studies.jha2015.swarm.search import search_times
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -35,7 +36,7 @@ def _build(cells: dict[str, list[Row]]) -> Table:
     for arm in ARMS:
         for algorithm in ALGORITHMS:
             mine = cells[f"swarm-time-{arm}-{algorithm}"]
-            low, middle, high = np.quantile(numbers(mine, "seconds"), (0.25, 0.5, 0.75)).tolist()
+            low, middle, high = quartiles(numbers(mine, "seconds"))
             evaluations = int(numbers(mine, "evaluations")[0])
             rows.append(
                 {
@@ -81,6 +82,10 @@ def _printed(table: str) -> dict[tuple[str, str], float]:
 
 TABLES: tuple[TableSpec, ...] = (
     TableSpec(
-        "7.41", "CPU time of the population methods, tables 7.29, 7.32, 7.41", _cells, _build
+        "7.41",
+        "CPU time of the population methods, tables 7.29, 7.32, 7.41",
+        _cells,
+        _build,
+        covers=tuple(ALONE.values()),
     ),
 )

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.studies.cell import Row
-from kinverse.studies.jha2015.geometries import METRES, geometry, geometry_source
+from kinverse.studies.jha2015.geometries import geometry, geometry_source
 from kinverse.studies.jha2015.positions import (
     ALGORITHMS,
     ARMS,
     ArmTask,
-    joint_columns,
+    joint_headings,
     joint_units,
     printed_answers,
 )
@@ -27,6 +27,8 @@ from kinverse.studies.jha2015.swarm.cells import (
 )
 from kinverse.studies.jha2015.swarm.pictures import joints_picture
 from kinverse.studies.jha2015.swarm.populations import population_table
+from kinverse.studies.jha2015.units import METRES
+from kinverse.studies.rows import quartiles
 from kinverse.studies.table import Table, TableSpec, Verdict
 
 __all__ = ["TABLES"]
@@ -49,7 +51,7 @@ def _values(task: ArmTask, cells: CellRows) -> Table:
                 mine = [row for row in found if row["position"] == position]
                 f = numbers(mine, "f")
                 every.append(f)
-                low, high = np.quantile(f, (0.25, 0.75)).tolist()
+                low, _, high = quartiles(f)
                 rows.append(
                     {
                         "geometry": name,
@@ -123,10 +125,10 @@ def _read(task: ArmTask) -> str:
 def _joints(task: ArmTask, cells: CellRows) -> Table:
     rows: list[Row] = []
     offs: list[float] = []
-    targets = task.targets / METRES[task.unit]
+    targets = (task.targets / METRES[task.unit]).tolist()
     for name in task.geometries:
         robot = geometry(name)
-        columns, units = joint_columns(robot, task.unit), joint_units(robot, task.unit)
+        columns, units = joint_headings(robot, task.unit), joint_units(robot, task.unit)
         for position in range(5):
             for algorithm in ALGORITHMS:
                 found = answers_of(cells, task, name, algorithm)
@@ -141,11 +143,10 @@ def _joints(task: ArmTask, cells: CellRows) -> Table:
                         "algorithm": algorithm,
                         **dict(zip(columns, (joints / units).tolist(), strict=True)),
                         **{
-                            f"{axis} wanted / reached [{task.unit}]": (
-                                f"{targets[position, k]:.2f} / {row[axis.lower()]:.4f}"
-                            )
+                            f"{axis} wanted [{task.unit}]": targets[position][k]
                             for k, axis in enumerate("XYZ")
                         },
+                        **{f"{axis} reached [{task.unit}]": row[axis.lower()] for axis in "XYZ"},
                         "off a solution [rad or m]": row["off"],
                     }
                 )

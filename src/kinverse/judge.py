@@ -1,4 +1,4 @@
-"""Answers judged in plain NumPy: forward kinematics that share no code with the native core."""
+"""Answers judged in plain NumPy, by the robot's numbers alone: it shares no code with the core."""
 
 from typing import TYPE_CHECKING
 
