@@ -102,24 +102,81 @@ def test_inferred_lengths_are_the_least_squares_of_the_table():
     assert robot.fk(q)[:, :3, 3] == pytest.approx((A @ found).reshape(-1, 3), abs=3e-6)
 
 
-def test_flags_are_those_of_the_errata():
+def flags_by_table():
     found = {}
     for row in flag_rows():
-        found.setdefault(row["table"], []).append((row["flag"], row["count"]))
+        found.setdefault(row["table"], []).append(row)
+    return found
+
+
+def listed_flags():
+    """Flags of the errata, each with ours that are told in the same words."""
     text = (Path(__file__).parent / "thesis_flags.csv").read_text()
-    rows = csv.DictReader(text.splitlines())
-    expected = [row for row in rows if row["table"] not in ELSEWHERE]
+    found = flags_by_table()
+    for row in csv.DictReader(text.splitlines()):
+        if row["table"] not in ELSEWHERE:
+            table = ALIASES.get(row["table"], row["table"])
+            yield row, [ours for ours in found.get(table, []) if same(ours["flag"], row["flag"])]
+
+
+def test_flags_are_those_of_the_errata():
+    expected = list(listed_flags())
     missing = []
-    for row in expected:
-        table, flag, counts = row["table"], row["flag"], row["count"].split("/")
-        table = ALIASES.get(table, table)
-        mine = [count for name, count in found.get(table, []) if same(name, flag)]
-        if mine != [int(count) for count in counts]:
-            missing.append((row["table"], row["flag"], row["count"], mine))
+    for row, ours in expected:
+        mine = [each["count"] for each in ours]
+        if mine != [int(count) for count in row["count"].split("/")]:
+            missing.append((row["table"], row["count"], mine))
     assert len(expected) == 47
-    assert [entry[0] for entry in missing] == ["7.14"]
-    # 26, not 24: by the definition as it is worded two more entries (90.035, 59.995) are near
-    assert missing[0][2:] == ("24", [26])
+    # 26, not 24: by the definition as it is worded two more entries (90.035, 59.995) are near;
+    # theta4 of 7.3: the grid is 0 to 360, not the 0 to 150 that the errata have
+    assert missing == [("7.14", "24", [26]), ("7.3", "18", [0])]
+    theta4 = [row for row in flags_by_table()["7.3"] if row["flag"].startswith("theta4")]
+    assert [(row["flag"].split("grid ")[1], row["count"]) for row in theta4] == [
+        ("0 to 360", 18),
+        ("0 to 150", 0),
+    ]
+    assert "those of 0 to 360" in theta4[1]["detail"]
+
+
+def test_angles_that_are_printed_most_often_are_all_told():
+    [row] = [row for row in flags_by_table()["7.14"] if row["flag"].startswith("theta1 to theta5")]
+    # the errata name two of the three
+    assert row["detail"] == "most often, 3 times each: 26.351, 39.879, 138.870"
+
+
+DETAILS = {  # what is read from our details, and from those of the errata
+    "outside": (r"(\d+) of (\d+) rows; by joint (.*)", r"(\d+) of (\d+) rows; per joint \[(.*)\]"),
+    "negative": (
+        r"most negative (\S+); (\d+) zeros; (\d+) of size",
+        r"most negative (\S+); zeros (\d+); .f.<=0.01 in (\d+)",
+    ),
+    "mean square": (r"above 0: (\S+) \((.*)\)", r"smallest non-zero (\S+) \((.*?)\)"),
+    "is the first rows": (r"largest difference ([\d.]+)", r"largest difference ([\d.]+)"),
+    "theta1: ": (r"whole value in (\d+)", r"whole value agrees in (\d+)"),
+    "theta2: ": (r"whole value in (\d+)", r"whole value agrees in (\d+)"),
+    "theta4: ": (r"whole value in (\d+)", r"whole value agrees in (\d+)"),
+    "d3: ": (r"whole value in (\d+)", r"whole value agrees in (\d+)"),
+}
+
+
+def test_details_of_flags_are_those_of_the_errata():
+    seen = 0
+    for row, ours in listed_flags():
+        for each in ours:
+            [(mine, theirs)] = [
+                pair for start, pair in DETAILS.items() if each["flag"].startswith(start)
+            ] or [(None, None)]
+            if mine is not None:
+                told, listed = re.search(mine, each["detail"]), re.search(theirs, row["detail"])
+                assert told and listed, (row, each)
+                a, b = (" ".join(found.groups()).lower() for found in (told, listed))
+                assert a == b, (row["table"], row["flag"])
+                seen += 1
+            if "repeats" in each["flag"]:
+                names = set(each["detail"].removeprefix("all rows of ").split(", "))
+                assert names == set(re.findall("[A-Z]{2,}", row["detail"]))
+                seen += 1
+    assert seen == 19 + 6 + 2 * 6 + 3 + 4 + 2
 
 
 WORDS = {  # of the errata, and ours
@@ -146,6 +203,9 @@ ALIASES = {"7.30/7.33": "7.30, 7.33", "7.6 vs 7.4": "7.6"}
 
 
 def same(ours, theirs):
+    grid = re.search(r"linspace\((\S+),(\S+),1000\)", theirs)
+    if grid and not ours.endswith(f"even grid {grid[1]} to {grid[2]}"):
+        return False
     return any(theirs.startswith(a) and ours.startswith(b) for a, b in WORDS.items())
 
 

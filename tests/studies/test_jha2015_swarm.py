@@ -9,6 +9,7 @@ from kinverse.studies.data import printed
 from kinverse.studies.jha2015 import swarm
 from kinverse.studies.jha2015.geometries import GEOMETRIES, geometry
 from kinverse.studies.jha2015.positions import ALGORITHMS, ARMS, printed_answers
+from kinverse.studies.jha2015.swarm import values
 from kinverse.studies.jha2015.swarm.cells import POPULATIONS, cells_of
 from kinverse.studies.jha2015.swarm.search import search, search_times
 from kinverse.studies.jha2015.units import METRES
@@ -162,6 +163,21 @@ def test_printed_norms_that_are_negative_are_as_many_as_in_the_errata(arm):
     answers = printed_answers(task, geometry(task.geometries[0]))
     assert len(answers) == 25
     assert sum(value < 0 for value, _ in answers.values()) == negative[task.answers]
+
+
+def test_printed_joints_of_table_7_36_under_both_models_of_the_arm():
+    # equations 4.251 to 4.253 with a6 = d6 = 0
+    robot = geometry("irb6_4_251")
+    q = np.random.default_rng(3).uniform(-3.0, 3.0, (6, 5))
+    t1, t2, t23, t234 = q[:, 0], q[:, 1], q[:, 1:3].sum(axis=1), q[:, 1:4].sum(axis=1)
+    out = -0.45 * np.sin(t2) + 0.67 * np.cos(t23) + 0.095 * np.cos(t234)
+    z = 0.07 + 0.45 * np.cos(t2) + 0.67 * np.sin(t23) + 0.095 * np.sin(t234)
+    wanted = np.column_stack([-np.sin(t1) * out, np.cos(t1) * out, z])
+    assert robot.fk(q)[:, :3, 3] == pytest.approx(wanted, abs=1e-12)
+    _, told = values._verdict(ARMS["ASEA_IRb6"])
+    # ERRATA: closest 480, median 1112.0, largest 2000.5
+    assert "end 480 to 2000 mm" in told and "median 1112, geometry irb6_4_251" in told
+    assert "irb6, irb6_free: 252 to 1920, median 1195" in told
 
 
 def test_joints_and_populations_make_tables_and_pictures(made):

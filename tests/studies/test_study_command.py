@@ -68,9 +68,9 @@ def wide():
 def test_a_failing_cell_is_told_and_the_status_is_one(capsys, tmp_path, toy):
     bad = work.cells(work.squares_but_three, tmp_path / "log")
     toy(work.study_of(work.table_of("a", bad), work.table_of("b", bad[:2])))
-    code, out, _ = said(capsys, "toy", "--out", tmp_path, "--jobs", 1)
+    code, out, err = said(capsys, "toy", "--out", tmp_path, "--jobs", 1)
     assert code == 1 and "table b" in out
-    assert "failed: cell squares_but_three-3: ArithmeticError: three is refused" in out
+    assert "failed: toy: cell squares_but_three-3: ArithmeticError: three is refused" in err
 
 
 def test_ctrl_c_says_that_nothing_is_lost(capsys, tmp_path, toy):
@@ -96,3 +96,16 @@ def test_bad_input_is_told_in_one_line(capsys, words, told, tmp_path, monkeypatc
     code, out, err = said(capsys, *words)
     assert code == 2 and told in err and err.count("\n") == 1 and not out
     assert not list(tmp_path.rglob("*.json"))
+
+
+def test_tables_are_listed_with_what_they_cover(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    code, out, _ = said(capsys, "jha2015", "--list")
+    assert code == 0 and "7.29 7.32" in out and "Regression of the perceptron" in out
+    code, out, _ = said(capsys, "all", "--list")
+    assert code == 0 and "fig-8" in out and "figs-17-20" in out
+
+
+def test_all_prints_a_line_for_each_table(capsys, tmp_path, toy):
+    code, out, _ = said(capsys, "all", "--out", tmp_path, "--jobs", 1)
+    assert code == 0 and "a: ours, nothing printed: 0 mm at most" in out and "table a" not in out

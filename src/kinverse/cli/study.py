@@ -15,6 +15,9 @@ def study(
         str | None, typer.Argument(metavar="[NAME]", help="A study, or all; left out: lists them.")
     ] = None,
     table: Annotated[str | None, typer.Option(help="One table of it only.")] = None,
+    list_: Annotated[
+        bool, typer.Option("--list", help="Its tables by name and title; nothing is run.")
+    ] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Few repetitions: minutes.")] = False,
     out: Annotated[
         Path, typer.Option(help="Folder for pages, CSV files and finished cells.")
@@ -28,6 +31,7 @@ def study(
     from kinverse.cli import _study
     from kinverse.cli._bar import Bar
     from kinverse.cli._show import note
+    from kinverse.studies.registry import study_names
     from kinverse.studies.report import write_report
     from kinverse.studies.runner import run
 
@@ -35,6 +39,10 @@ def study(
         if table is not None:
             raise InputError("--table needs a study")
         _study.show_studies()
+        return 0
+    if list_:
+        for listed in study_names() if name == "all" else [name]:
+            _study.show_tables(listed)
         return 0
     plots.new_figure((1.0, 1.0))  # a missing package is told before the work
     try:
@@ -52,5 +60,6 @@ def study(
         raise
     for each in made:
         path = write_report(each, out)
-        _study.show(each, path)
+        _study.show(each, path, brief=name == "all")
+    _study.show_failures(made)
     return 0 if all(each.ok for each in made) else 1

@@ -42,6 +42,7 @@ GEOMETRIES = {
     "irb1400": Reading("irb1400_4.212", "modified"),
     "irb1400_7_17": Reading("irb1400_inferred", "modified", "irb1400"),
     "irb6": Reading("irb6", note="d1 is printed 070 and read as 0.07 m"),
+    "irb6_4_251": Reading("irb6_4.251"),
     "irb6_free": Reading("irb6", limits="full turns", note=FULL.format("7.35")),
     "rx160l": Reading("rx160l"),
     "rx160l_7_23": Reading("rx160l_inferred", "modified", note=FULL.format("7.37")),

@@ -27,6 +27,7 @@ class ArmTask:
         unit: of the positions and of the function value.
         geometries: that are searched, the printed one first.
         accepted: printed function value up to which a result is accepted [unit].
+        also: geometries that only the printed joints are held against.
     """
 
     arm: str
@@ -35,6 +36,7 @@ class ArmTask:
     unit: str
     geometries: tuple[str, ...]
     accepted: float
+    also: tuple[str, ...] = ()
 
     @property
     def targets(self) -> Array:
@@ -54,7 +56,7 @@ ARMS = {
         ArmTask("Pioneer2_5R", "7.27", "7.28", "mm", ("pioneer2", "pioneer2_7_7"), 0.01),
         ArmTask("PUMA560", "7.30", "7.31", "cm", ("puma560", "irb1400_7_17"), 0.01),
         ArmTask("IRB1400", "7.33", "7.34", "cm", ("irb1400", "irb1400_7_17"), 0.01),
-        ArmTask("ASEA_IRb6", "7.35", "7.36", "mm", ("irb6", "irb6_free"), 0.01),
+        ArmTask("ASEA_IRb6", "7.35", "7.36", "mm", ("irb6", "irb6_free"), 0.01, ("irb6_4_251",)),
         ArmTask("RX160L", "7.37", "7.38", "cm", ("rx160l", "rx160l_7_23"), 0.01),
     )
 }

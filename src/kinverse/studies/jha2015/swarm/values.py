@@ -103,21 +103,31 @@ def _verdict(task: ArmTask) -> tuple[Verdict, str]:
                 for (_, position), (_, q) in answers.items()
             ]
         )
-        for name in task.geometries
+        for name in (*task.geometries, *task.also)
     }
     best = min(far, key=lambda name: float(np.median(far[name])))
     reproduced = bool((np.abs(far[best] - values) <= task.accepted).all())
     told = (
         f"the {len(values)} printed joint sets end {far[best].min():.3g} to"
         f" {far[best].max():.4g} {task.unit} from their positions (median"
-        f" {np.median(far[best]):.4g}, geometry {best});"
+        f" {np.median(far[best]):.4g}, geometry {best}{_others(far, best)});"
         f" {int((values < 0).sum())} printed values of this norm are negative"
     )
     return Verdict.REPRODUCED if reproduced else Verdict.NOT_REPRODUCED, told
 
 
+def _others(far: dict[str, Array], best: str) -> str:
+    """Distances under the other geometries, those that differ from the best one's."""
+    ranges: dict[str, list[str]] = {}
+    for name, each in far.items():
+        if not np.array_equal(each, far[best]):
+            told = f"{each.min():.3g} to {each.max():.4g}, median {np.median(each):.4g}"
+            ranges.setdefault(told, []).append(name)
+    return "".join(f"; {', '.join(names)}: {told}" for told, names in ranges.items())
+
+
 def _read(task: ArmTask) -> str:
-    parts = [f"{name}: {geometry_source(name)}" for name in task.geometries]
+    parts = [f"{name}: {geometry_source(name)}" for name in (*task.geometries, *task.also)]
     return "Geometries: " + "; ".join(parts) + "."
 
 
