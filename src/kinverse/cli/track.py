@@ -123,6 +123,11 @@ def track(
     if plot is not None:
         check_plot(plot)
     _check_limits(metric, max_velocity, max_acceleration, rate, out)
+    if error_model is not None and max_acceleration is not None:
+        raise InputError(
+            "--error-model does not go with --max-acceleration: the spline of a motion in time is"
+            " made for the arm without errors"
+        )
     least = None if tolerance is None else LEAST_SAMPLES
     given = _path.given_path(path, degrees, task, samples, least)
     arm = kv.load(robot, base=base, tip=tip)
