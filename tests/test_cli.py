@@ -308,7 +308,7 @@ def test_compare_prints_a_row_for_each_solver(capsys):
         (["solve", "kr16", "--poses", "x.csv", "--on-error", "x"], "on-error': 'x' is not one of"),
         (
             ["fk", "kr16", "--q", "a", "b"],
-            "(a b); --pose, --q, --q-seed, --q-start, --region, --velocity, --acceleration,"
+            "(a b); --tool, --pose, --q, --q-seed, --q-start, --region, --velocity, --acceleration,"
             " --gravity, --max-velocity, --max-acceleration take numbers",
         ),
         (["fk", "kr16", "--q", "0", "O", "0"], "--q: 'O' is not a number"),

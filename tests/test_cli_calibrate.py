@@ -81,6 +81,19 @@ def test_too_few_measurements_are_remarked_and_nothing_better_is_status_one(
     assert code == 1 and "chosen: none" in said
 
 
+def test_a_choice_that_rests_on_few_measurements_is_remarked_last(capsys, sheet, tmp_path):
+    rows = sheet.read_text().splitlines()
+    few = tmp_path / "few.csv"
+    few.write_text("\n".join(rows[:9]) + "\n")
+    code, said, notes = run(capsys, "kr16", few)
+    assert code == 0 and "chosen: fourier:1" in said
+    # 13 parameters of each coordinate
+    last = notes.splitlines()[-1]
+    assert "8 postures are few for fourier:1: 0.62 measured numbers for each" in last
+    assert "measure 26 or more" in last
+    assert "are few" not in run(capsys, "kr16", sheet, "--model", "geometric")[2]
+
+
 def test_repeats_and_large_errors_are_remarked(capsys, sheet, tmp_path):
     head, *rows = sheet.read_text().splitlines()
     again = tmp_path / "again.csv"

@@ -54,6 +54,19 @@ def test_units_are_those_of_the_header(robot, angle, length, tmp_path):
     assert read.ignored == ()
 
 
+@pytest.mark.parametrize("point", [".", ","])
+def test_columns_may_be_parted_by_semicolons(tmp_path, point):
+    header, rows, q, points = sheet()
+    path = tmp_path / "measured.csv"
+    lines = [";".join(header), "", *(";".join(row).replace(".", point) for row in rows)]
+    path.write_text("\ufeff" + "\n".join(lines), encoding="utf-8")
+    read = read_measurements(path, ROBOT)
+    assert np.allclose(read.q, q, atol=1e-12) and np.allclose(read.measured, points, atol=1e-12)
+    path.write_text("\n".join(lines).replace(point, point + "x", 1))
+    with pytest.raises(InputError, match="row 1, column 'joint1"):
+        read_measurements(path, ROBOT)
+
+
 def test_columns_may_stand_in_any_order_with_others_between(tmp_path):
     header, rows, q, points = sheet()
     order = np.random.default_rng(2).permutation(len(header))

@@ -31,6 +31,7 @@ _ELSEWHERE = {
     "choose": "choice",
     "load": "storage",
     "make_model": "named",
+    "measured_robot": "storage",
     "read_measurements": "measurements",
     "save": "storage",
     "tool_error": "tool_errors",

@@ -24,6 +24,7 @@ class ErrorModel(MultiOutputMixin, RegressorMixin, BaseEstimator):
     Attributes:
         n_features_in_: joints.
         n_outputs_: columns of the error: 3 for positions, 6 with rotations.
+        share_: what was measured for each parameter; not there where nothing is learned.
     """
 
     # What a model writes ----------------------------------------------------------------------
@@ -94,6 +95,7 @@ class ErrorModel(MultiOutputMixin, RegressorMixin, BaseEstimator):
         return out[:, 0] if self.flat_output_ else out
 
     def _warn_if_few(self, equations: int, parameters: int, what: str) -> None:
+        self.share_ = equations / parameters
         if equations < parameters:
             warnings.warn(
                 f"{type(self).__name__}: {equations} {what} for {parameters} parameters: it can"

@@ -1,5 +1,7 @@
 """Which model predicts measurements it has not seen best: cross-validation."""
 
+import math
+import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -23,6 +25,10 @@ NONE = "none"
 
 ONE_POSTURE = 1e-3
 """Joint values [rad or m] that differ by less were measured in one posture."""
+
+
+FEW = 2.0
+"""Measured numbers for each parameter of the chosen model from which they are not few."""
 
 
 class HeldOut(NamedTuple):
@@ -73,6 +79,9 @@ def choose(
         folds: parts the postures are split into, at random.
         random_state: seed of the split.
 
+    Warns:
+        UserWarning: the best model has parameters for more than half of what was measured.
+
     Raises:
         InputError: fewer than two folds or more than postures, a model called "none".
         ValueError: NaN or infinite values, rows of different number.
@@ -106,7 +115,17 @@ def choose(
         rows.append(HeldOut(name, float(whole), float(low), float(high)))
     rows.sort(key=lambda row: row.rms)
     best = rows[0].name
-    return Choice(best, clone(contest[best]).fit(X, Y), tuple(rows), count)
+    model = clone(contest[best]).fit(X, Y)
+    share = getattr(model, "share_", FEW)
+    if share < FEW:
+        warnings.warn(
+            f"{count} postures are few for {best}: {share:.2g} measured numbers for each of its"
+            f" parameters; what it learned need not hold elsewhere: measure"
+            f" {math.ceil(count * FEW / share)} or more",
+            UserWarning,
+            stacklevel=2,
+        )
+    return Choice(best, model, tuple(rows), count)
 
 
 def _postures(X: Array) -> Ints:

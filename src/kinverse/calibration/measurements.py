@@ -5,7 +5,7 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,7 @@ def read_measurements(path: "str | os.PathLike[str]", robot: Robot) -> Measureme
     robot, by its name ("joint1 [deg]", slides "[mm]"), and "x [mm]", "y [mm]", "z [mm]" of the tool
     point in the base frame; "roll [deg]", "pitch [deg]", "yaw [deg]" beside them make poses.
     Columns may come in any order, others are left out. Units are rad, mrad, deg and m, cm, mm, um.
+    A file whose first row has semicolons between its columns may have commas for decimal points.
 
     Args:
         path: the file.
@@ -69,7 +70,7 @@ def read_measurements(path: "str | os.PathLike[str]", robot: Robot) -> Measureme
     where = str(path)
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = [row for row in csv.reader(file) if any(map(str.strip, row))]
+            lines = _rows(file)
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{where}: not a CSV text file: {error}") from error
     if not lines:
@@ -88,6 +89,16 @@ def read_measurements(path: "str | os.PathLike[str]", robot: Robot) -> Measureme
         measured[:, :3, :3] = se3.rotation_from_rpy(rpy)
         measured[:, :3, 3] = points
     return Measurements(q, measured, tool_error(robot, q, measured), ignored)
+
+
+def _rows(file: TextIO) -> list[list[str]]:
+    """The rows that are not empty; those between semicolons with points in their numbers."""
+    head = file.readline()
+    file.seek(0)
+    if ";" not in head or "," in head:
+        return [row for row in csv.reader(file) if any(map(str.strip, row))]
+    rows = [row for row in csv.reader(file, delimiter=";") if any(map(str.strip, row))]
+    return [rows[0], *([cell.replace(",", ".") for cell in row] for row in rows[1:])]
 
 
 # ---------------------------------------------------------------------------- header

@@ -47,6 +47,9 @@ class Stack(ErrorModel):
             fitted = clone(model).fit(X, rest)
             self.models_.append(fitted)
             rest = rest - _columns(fitted.predict(X))
+        shares = [model.share_ for model in self.models_ if hasattr(model, "share_")]
+        if shares:
+            self.share_ = min(shares)
 
     def _error(self, X: Array) -> Array:
         out: Array = np.sum([_columns(model.predict(X)) for model in self.models_], axis=0)

@@ -11,7 +11,7 @@ from kinverse.errors import InputError
 from kinverse.networks.storage import read, write
 from kinverse.robot import Robot
 
-__all__ = ["load", "save"]
+__all__ = ["load", "measured_robot", "save"]
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -21,18 +21,25 @@ LISTS = ("joint_names", "unverified")
 ROBOT = ("frames", "limits", "source", "multiplier", "offset")
 
 
-def save(model: Any, path: "str | os.PathLike[str]") -> None:
+def save(model: Any, path: "str | os.PathLike[str]", robot: Robot | None = None) -> None:
     """Write a fitted error model to a .npz file that holds no code; ``load`` reads it.
+
+    Args:
+        model: of ``kinverse.calibration``.
+        path: the file.
+        robot: against which the errors were measured, its tool included; None: the file does not
+            tell.
 
     Raises:
         InputError: not fitted, or no model of this package.
         OSError: the file cannot be written.
 
     Example:
-        >>> save(model, "kr16_errors.npz")
+        >>> save(model, "kr16_errors.npz", robot)
     """
     arrays: Arrays = {}
-    write(path, KIND, {"model": _packed(model, "", arrays)}, arrays)
+    header = {"model": _packed(model, "", arrays), "robot": _packed(robot, "robot", arrays)}
+    write(path, KIND, header, arrays)
 
 
 def load(path: "str | os.PathLike[str]") -> Any:
@@ -46,9 +53,27 @@ def load(path: "str | os.PathLike[str]") -> Any:
     Example:
         >>> load("kr16_errors.npz").predict(q)
     """
+    return _part(path, "model")
+
+
+def measured_robot(path: "str | os.PathLike[str]") -> Robot | None:
+    """The robot that ``save`` was told; None if it was told none.
+
+    Raises:
+        InputError, FileNotFoundError: as :func:`load`.
+
+    Example:
+        >>> measured_robot("kr16_errors.npz").name
+        'kr16'
+    """
+    robot: Robot | None = _part(path, "robot")
+    return robot
+
+
+def _part(path: "str | os.PathLike[str]", name: str) -> Any:
     header, arrays = read(path, KIND)
     try:
-        return _unpacked(header["model"], arrays)
+        return _unpacked(header[name] if name == "model" else header.get(name), arrays)
     except (KeyError, TypeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: the header of this model is not as it was written") from error
 

@@ -14,11 +14,13 @@ __all__ = [
     "LISTS",
     "Base",
     "Degrees",
+    "ErrorModel",
     "Json",
     "PathName",
     "RobotName",
     "Task",
     "Tip",
+    "Tool",
     "all_numbers",
     "check_plot",
     "join_numbers",
@@ -45,7 +47,21 @@ Degrees = Annotated[bool, typer.Option("--degrees", help="All angles in degrees,
 Json = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 Task = Annotated[str, typer.Option(help="pose, position, position_axis, planar or schoenflies.")]
 
+Tool = Annotated[
+    str | None,
+    typer.Option(
+        "--tool",
+        metavar="X Y Z [ROLL PITCH YAW]",
+        help="The tool in the frame of the robot's tool point [m, rad], added behind it.",
+    ),
+]
+ErrorModel = Annotated[
+    Path | None,
+    typer.Option(help="A .npz file of calibrate: answers are for the real tool that it tells of."),
+]
+
 LISTS = (
+    "--tool",
     *("--pose", "--q", "--q-seed", "--q-start", "--region"),
     *("--velocity", "--acceleration", "--gravity", "--max-velocity", "--max-acceleration"),
 )

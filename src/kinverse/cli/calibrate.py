@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from kinverse.cli._args import Base, Json, RobotName, Tip
+from kinverse.cli._args import Base, Json, RobotName, Tip, Tool
 from kinverse.errors import InputError
 
 __all__ = ["calibrate"]
@@ -31,12 +31,14 @@ def calibrate(
     rng: Annotated[int, typer.Option(help="Seed of the split into parts.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Save the best model to this .npz.")] = None,
     json: Json = False,
+    tool: Tool = None,
     base: Base = None,
     tip: Tip = None,
 ) -> int:
     """Fit models of the tool's error and compare them on measurements held back.
 
-    Exit status 1 if no model is better than none.
+    If the point that was measured is not the robot's tool point, --tool says where it is. Exit
+    status 1 if no model is better than none.
     """
     import json as text
     import warnings
@@ -46,12 +48,13 @@ def calibrate(
     from kinverse.calibration.choice import NONE
     from kinverse.calibration.named import CANDIDATES
     from kinverse.cli._show import note, show_table, table
+    from kinverse.cli._tool import with_tool
 
     if out is not None and (out.suffix != ".npz" or not out.parent.is_dir()):
         raise InputError(f"--out must be an .npz file in a folder that is there, got {out}")
     if rng < 0:
         raise InputError(f"--rng must not be negative, got {rng}")
-    arm = kv.load(robot, base=base, tip=tip)
+    arm = with_tool(kv.load(robot, base=base, tip=tip), tool, degrees=False)
     names = [name for name in dict.fromkeys(model or CANDIDATES) if name != NONE]
     models = {name: calibration.make_model(name, arm) for name in names}
     with warnings.catch_warnings(record=True) as caught:
@@ -65,7 +68,7 @@ def calibrate(
     if chosen.postures < len(measured.q):
         note(f"{chosen.postures} different postures: repeats of one are held back together")
     if out is not None:
-        calibration.save(chosen.model, out)
+        calibration.save(chosen.model, out, arm)
     if json:
         rows = [row._asdict() for row in chosen.table]
         counts = {"measurements": len(measured.q), "postures": chosen.postures}

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from kinverse.cli._args import Base, Degrees, Json, RobotName, Tip, numbers
+from kinverse.cli._args import Base, Degrees, Json, RobotName, Tip, Tool, numbers
 
 __all__ = ["fk"]
 
@@ -14,6 +14,7 @@ def fk(
     q: Annotated[str, typer.Option("--q", help="One number for each free joint.")],
     degrees: Degrees = False,
     json: Json = False,
+    tool: Tool = None,
     base: Base = None,
     tip: Tip = None,
 ) -> None:
@@ -33,8 +34,9 @@ def fk(
         show_table,
         table,
     )
+    from kinverse.cli._tool import with_tool
 
-    arm = kv.load(robot, base=base, tip=tip)
+    arm = with_tool(kv.load(robot, base=base, tip=tip), tool, degrees)
     values = np.array(numbers(q, arm.dof, "--q", " ".join(arm.joint_names)))
     turns = np.array([kind == "R" for kind in joint_kinds(arm)])
     note_turns(values[turns].tolist(), degrees)

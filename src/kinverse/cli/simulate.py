@@ -13,6 +13,7 @@ from kinverse.cli._args import (
     RobotName,
     Task,
     Tip,
+    Tool,
     all_numbers,
     check_plot,
     numbers,
@@ -67,7 +68,10 @@ def simulate(
         str, typer.Option(metavar="X Y Z", help="In the base frame [m/s^2].")
     ] = "0,0,-9.81",
     step: Annotated[float, typer.Option(help="Of the integration [s].")] = 5e-4,
-    solver: Annotated[str, typer.Option(help="auto, analytic, numerical ...")] = "auto",
+    solver: Annotated[
+        str, typer.Option(help="auto, analytic, numerical ... or a .npz file of train.")
+    ] = "auto",
+    tool: Tool = None,
     task: Task = "pose",
     q_start: Annotated[
         str | None, typer.Option("--q-start", help="Joint values before the path.")
@@ -100,10 +104,11 @@ def simulate(
     import numpy as np
 
     import kinverse as kv
-    from kinverse.cli import _path, _simulation
+    from kinverse.cli import _path, _simulation, _solver
     from kinverse.cli._joint_curve import joined
     from kinverse.cli._joint_path import Told as ToldPath
     from kinverse.cli._show import joint_kinds, note, write_atomically
+    from kinverse.cli._tool import with_tool
     from kinverse.paths import minimum_jerk, retime, wanted
     from kinverse.paths import simulate as simulated
     from kinverse.paths import track as tracked
@@ -138,7 +143,9 @@ def simulate(
     start = None
     if q_start is not None:
         start = numbers(q_start, arm.dof, "--q-start", " ".join(arm.joint_names)) * scale
-    found = tracked(arm, given.T, solver=solver, q_start=start, task=task)
+    arm = with_tool(arm, tool, degrees)
+    chosen = _solver.for_path(solver, arm, task)
+    found = tracked(arm, given.T, solver=chosen, q_start=start, task=task)
     if found.gaps and not json:
         ToldPath(found, degrees).show()
     if not found.intervals:

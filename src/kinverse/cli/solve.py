@@ -10,9 +10,11 @@ import typer
 from kinverse.cli._args import (
     Base,
     Degrees,
+    ErrorModel,
     Json,
     RobotName,
     Tip,
+    Tool,
     check_plot,
     numbers,
     pose_numbers,
@@ -60,6 +62,8 @@ def solve(
         Path | None, typer.Option(help="Draw a swarm solver's search to this .png, .svg or .pdf.")
     ] = None,
     on_error: Annotated[OnError, typer.Option(help="A broken row of the CSV file.")] = OnError.STOP,
+    error_model: ErrorModel = None,
+    tool: Tool = None,
     base: Base = None,
     tip: Tip = None,
 ) -> int:
@@ -69,6 +73,7 @@ def solve(
     import kinverse as kv
     from kinverse.cli import _answers, _solver
     from kinverse.cli._show import joint_kinds, note, note_turns, write_atomically
+    from kinverse.cli._tool import with_tool
 
     if out is not None and out.suffix not in (".csv", ".json"):
         raise InputError(f"--out must end in .csv or .json, got {out.name!r}")
@@ -76,8 +81,8 @@ def solve(
         raise InputError(f"--out: there is no folder {out.parent}")
     if plot is not None:
         check_plot(plot)
-    arm = kv.load(robot, base=base, tip=tip)
-    made = _solver.fitted(solver, arm, task)
+    arm = with_tool(kv.load(robot, base=base, tip=tip), tool, degrees)
+    made = _solver.fitted(solver, arm, task, error_model)
     if task is None and made.settings_.task != "pose":
         note(f"{solver} was trained for --task {made.settings_.task}: the rest of a pose is free")
     task = made.settings_.task

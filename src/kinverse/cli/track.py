@@ -8,11 +8,13 @@ import typer
 from kinverse.cli._args import (
     Base,
     Degrees,
+    ErrorModel,
     Json,
     PathName,
     RobotName,
     Task,
     Tip,
+    Tool,
     all_numbers,
     check_plot,
     numbers,
@@ -31,7 +33,11 @@ LEAST_SAMPLES = 20
 def track(
     robot: RobotName,
     path: PathName,
-    solver: Annotated[str, typer.Option(help="auto, analytic, numerical ...")] = "auto",
+    solver: Annotated[
+        str, typer.Option(help="auto, analytic, numerical ... or a .npz file of train.")
+    ] = "auto",
+    error_model: ErrorModel = None,
+    tool: Tool = None,
     task: Task = "pose",
     metric: Annotated[str, typer.Option(help="What a step costs: max, l2 or time.")] = "max",
     max_velocity: Annotated[
@@ -103,9 +109,10 @@ def track(
     import numpy as np
 
     import kinverse as kv
-    from kinverse.cli import _joint_path, _path
+    from kinverse.cli import _joint_path, _path, _solver
     from kinverse.cli._collision import keep_of
     from kinverse.cli._show import joint_kinds, note, write_atomically
+    from kinverse.cli._tool import with_tool
     from kinverse.paths import track as tracked
     from kinverse.paths.motion_file import RATE
 
@@ -116,6 +123,11 @@ def track(
     if plot is not None:
         check_plot(plot)
     _check_limits(metric, max_velocity, max_acceleration, rate, out)
+    if error_model is not None and max_acceleration is not None:
+        raise InputError(
+            "--error-model does not go with --max-acceleration: the spline of a motion in time is"
+            " made for the arm without errors"
+        )
     least = None if tolerance is None else LEAST_SAMPLES
     given = _path.given_path(path, degrees, task, samples, least)
     arm = kv.load(robot, base=base, tip=tip)
@@ -127,10 +139,11 @@ def track(
     start = None
     if q_start is not None:
         start = numbers(q_start, arm.dof, "--q-start", " ".join(arm.joint_names)) * scale
+    arm = with_tool(arm, tool, degrees)
     found = tracked(
         arm,
         given.T if tolerance is None else given.path,
-        solver=solver,
+        solver=_solver.for_path(solver, arm, task, error_model),
         metric=metric,
         q_start=start,
         keep=keep_of(arm, radius, floor, spheres, model, margin),

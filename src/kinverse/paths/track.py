@@ -114,7 +114,7 @@ def track(
         raise InputError(f"keep must be a function of joint values (M, n), got {keep!r}")
     if tolerance is not None and not 0.0 < _number("tolerance", tolerance) < np.inf:
         raise InputError(f"tolerance must be positive and finite [m], got {tolerance}")
-    if isinstance(solver, Solver) and task != "pose":
+    if isinstance(solver, Solver) and task not in ("pose", solver._check_settings().task):
         raise InputError("task belongs to the solver object: set it there, not in track")
     _check_windings(robot)
     steps = _steps(robot, metric, max_step, max_velocity, q_start)
