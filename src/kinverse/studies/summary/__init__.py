@@ -116,7 +116,7 @@ def _answers_table(rows: dict[str, list[Row]]) -> Table:
         [{name: value for name, value in row.items() if name != "answer"} for row in answers],
         Verdict.OURS,
         f"the quickest of the methods that solve {ENOUGH:g} % on every arm",
-        f"Targets on each arm: {table[0]['targets an arm']} of each seed, {table[0]['seeds']} seeds;"
+        f"Targets an arm and seed: {table[0]['targets an arm']}, seeds: {table[0]['seeds']};"
         " times are medians over arms and seeds. kv is kinverse; kv.solve(robot, T, solver=...)"
         " takes what is under call.\n\n" + "\n\n".join(str(row["answer"]) for row in answers),
     )
