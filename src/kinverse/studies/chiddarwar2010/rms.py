@@ -43,7 +43,8 @@ def _build_table_3(found: dict[str, list[Row]]) -> Table:
         worst = _worst(group)
         row: Row = {"robot": robot, "method": method, "network": network, "held out by": split}
         printed = None if network == CONSTANT else limits_of_rms(str(method))
-        row["printed [deg]"] = printed and f"{printed[0]:g} to {printed[1]:g}"
+        low, high = printed or (None, None)
+        row |= {"printed, least [deg]": low, "printed, most [deg]": high}
         row |= columns(worst, "deg")
         constant = _worst(select(every, robot=robot, network=CONSTANT, split=split))
         row["printed range met in"] = printed and str(reached(worst, printed, constant))

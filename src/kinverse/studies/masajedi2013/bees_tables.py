@@ -8,7 +8,7 @@ from kinverse.paths import named_samples
 from kinverse.studies.cell import Cell, Row, Value
 from kinverse.studies.masajedi2013.bees import bees_along, every_branch
 from kinverse.studies.masajedi2013.branches import branches_along, largest_step
-from kinverse.studies.rows import as_number
+from kinverse.studies.rows import as_number, quartiles
 from kinverse.studies.table import Picture, Table, TableSpec, Verdict
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def _told(runs: list[list[Row]], evaluations: int) -> Row:
 
 def _quartiles(what: str, unit: str, values: np.ndarray) -> Row:
     """Median and quartiles over points and seeds, each a column."""
-    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75)).tolist()
+    low, middle, high = quartiles(values)
     return {
         f"{what}, median, {unit}": middle,
         f"{what}, lower quartile, {unit}": low,

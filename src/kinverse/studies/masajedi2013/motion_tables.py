@@ -64,7 +64,8 @@ def _between_table(rows: dict[str, list[Row]]) -> Table:
                 "seeds": len(group),
                 "at the points, largest, mm": _median(group, "at the points, largest, mm"),
                 "between them, largest, mm": float(np.median(strays)),
-                "between them, of all seeds, mm": f"{min(strays):.3g} to {max(strays):.3g}",
+                "between them, best seed, mm": min(strays),
+                "between them, worst seed, mm": max(strays),
             }
         )
     exact = [row for row in table if row["joint values"] in SHOWN and row["degree"] == 6]
