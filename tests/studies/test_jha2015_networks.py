@@ -144,6 +144,7 @@ def test_hybrid_tables_have_every_joint_and_count_what_is_below_the_floor():
     assert [row["joint"] for row in table.rows[::2]] == ["theta1", "theta2", "d3", "theta4"]
     assert [row["hidden"] for row in table.rows[:2]] == [4, 30]
     assert table.rows[0]["MLPBP printed"] == pytest.approx(9.89e-3)
+    assert "MLPGWO" in table.rows[0] and "MLPGWO printed" not in table.rows[0]
     for row in table.rows:
         assert row["seeds"] == 2
         for title in hybrid.METHODS.values():

@@ -49,7 +49,7 @@ def time_against_error(rows: list[Row], enough: float) -> "Figure":
     low, high = min(x for x, _ in points), max(x for x, _ in points)
     axes.set_xlim(low / 2, high * 6)
     for x, side, height, text in (
-        (low / 1.8, "left", TOLERANCE, f"about the tolerance of {TOLERANCE:g} m and rad"),
+        (low / 1.8, "left", TOLERANCE / 100, f"about the tolerance of {TOLERANCE:g} m and rad"),
         (high * 5, "right", LEAST, f"{LEAST:g} or less"),
     ):
         axes.text(x, height / 2, text, ha=side, va="top", fontsize=8, color="0.4")

@@ -119,6 +119,7 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
     each = CONFIGURATIONS[arm]
     floors, told = floor_of(cells, each.geometry), printed_errors(each)
     factors, units = squared_units(each.geometry)
+    titles = {title for _, title, _ in told}
     rows: list[Row] = []
     for k, output in enumerate(output_names(each.geometry)):
         factor = float(factors[k])
@@ -129,8 +130,9 @@ def _by_joint(arm: str, part: str, cells: CellRows) -> Table:
             row["seeds"] = len(found["gdm"][hidden])
             for method, title in METHODS.items():
                 row |= _with_quartiles(title, found[method][hidden], part, factor)
-                row[f"{title} printed"] = told.get((output, title, hidden))
-            if any(title == ANFIS_PRINTED for _, title, _ in told):
+                if title in titles:
+                    row[f"{title} printed"] = told.get((output, title, hidden))
+            if ANFIS_PRINTED in titles:
                 [mine] = fuzzy.values()
                 row |= _with_quartiles(ANFIS_PRINTED, mine, part, factor)
                 row[f"{ANFIS_PRINTED} printed"] = told.get((output, ANFIS_PRINTED, hidden))
