@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinverse.bench import cases, oracle
-from kinverse.bench.continuation import continued
+from kinverse.bench.continuation import continued, corrected
 from kinverse.solvers.analytic import Analytic
 from kinverse.solvers.numerical import Numerical
 
@@ -26,6 +26,8 @@ PIECES = 16, 1024
 """Small steps from one sample to the next; what fewer lead over is asked again with more."""
 AT_ONCE = 4.0
 """A joint moves no further in one of them than so many times its even part of ``limit``."""
+HELD = 64
+"""Small steps in which an arm moves by itself."""
 SAME = 1e-5
 """Joint values nearer than this are one [rad]: near a singularity poses tell them less exactly."""
 STARTS = 300
@@ -142,8 +144,24 @@ class Follower:
         return same
 
     def _leads(self, poses: Array, start: Array, end: Array, most: float) -> NDArray[np.bool_]:
+        """Whether poses (S, 1, 4, 4) lead from start to end (K, n), or to where it moves by itself.
+
+        At the last pose an arm with a joint to spare, and any arm that is singular there, can move
+        on with its tool held.
+        """
         led = continued(self.robot, poses, start, most, hold_limits=False)[-1]
-        return np.asarray(np.abs(led - end).max(axis=1) < SAME)
+        share = np.linspace(0.0, 1.0, HELD + 1)[1:, None, None]
+        way = led + share * (end - led)
+        known = np.flatnonzero(np.isfinite(led).all(axis=1))
+        good = np.zeros(len(start), np.bool_)
+        if not len(known):
+            return good
+        there, reached = corrected(self.robot, poses[-1], way[:, known].reshape(-1, end.shape[1]))
+        there = there.reshape(HELD, len(known), -1)
+        moved = np.abs(np.diff(there, axis=0, prepend=led[None, known])).max(axis=(0, 2))
+        even = AT_ONCE * np.abs(end - led)[known].max(axis=1) / HELD
+        good[known] = reached.reshape(HELD, -1).all(axis=0) & (moved <= np.maximum(even, SAME))
+        return good
 
     def has_none(self, T: Array) -> bool:
         """Whether a search from 300 starts finds nothing for any pose, limits ignored."""

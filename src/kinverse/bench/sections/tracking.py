@@ -33,8 +33,9 @@ SHORT = 7
 SAMPLES = 60
 FINER = 32
 """Samples in the place of one where a break is looked at again."""
-LED = 8
-"""Steps from one sample to the next where Newton's method follows a path."""
+LED = 8, 128
+"""Steps from one sample to the next where Newton's method follows a path; what few of them lead,
+perhaps past a singularity onto another branch, is asked again with more."""
 MOST_LED = 10_000
 """Postures that it leads at once."""
 POSTURES = 64
@@ -188,8 +189,8 @@ def _followed(section: str, robot: "Robot", found: list[JointPath], seconds: flo
     whole = len(found) - len(lost)
     more = _led_to_the_end(robot, lost)
     note = (
-        f"target: and those of the other {len(lost)} that Newton's method follows in {LED} steps a"
-        f" sample from any start; {1e3 * seconds:.3g} ms of CPU each"
+        f"target: and those of the other {len(lost)} that Newton's method follows in {LED[-1]}"
+        f" steps a sample from any start; {1e3 * seconds:.3g} ms of CPU each"
     )
     what = "paths followed to the end"
     return [Line(section, robot.name, what, Spread.exact(whole), whole + more, note=note)]
@@ -197,7 +198,14 @@ def _followed(section: str, robot: "Robot", found: list[JointPath], seconds: flo
 
 def _led_to_the_end(robot: "Robot", seeds: list[int]) -> int:
     """How many of these paths lead joint values from start to end, no step over the limit."""
-    s = np.linspace(0.0, 1.0, LED * (SAMPLES - 1) + 1)
+    for pieces in LED:
+        seeds = _led(robot, seeds, pieces)
+    return len(seeds)
+
+
+def _led(robot: "Robot", seeds: list[int], pieces: int) -> list[int]:
+    """Those of the paths, in so many steps from one sample to the next."""
+    s = np.linspace(0.0, 1.0, pieces * (SAMPLES - 1) + 1)
     poses = [Spline(robot, seed)(s) for seed in seeds]
     starts = [_postures(robot, T[0]) for T in poses]
     path = np.repeat(np.arange(len(seeds)), [len(q) for q in starts])
@@ -207,15 +215,15 @@ def _led_to_the_end(robot: "Robot", seeds: list[int]) -> int:
             continue
         live, q = part, np.concatenate(starts)[part]
         for k in range(SAMPLES - 1):
-            first = LED * k + 1
-            T = np.stack([poses[i][first : first + LED] for i in path[live]], axis=1)
-            end = continued(robot, T, q, 2.0 * LIMIT / LED)[-1]
+            first = pieces * k + 1
+            T = np.stack([poses[i][first : first + pieces] for i in path[live]], axis=1)
+            end = continued(robot, T, q, 2.0 * LIMIT / pieces)[-1]
             near = np.abs(end - q).max(axis=1) <= LIMIT
             live, q = live[near], end[near]
             if not len(live):
                 break
         led |= set(path[live].tolist())
-    return len(led)
+    return [seeds[i] for i in sorted(led)]
 
 
 def _postures(robot: "Robot", T: Array) -> Array:
